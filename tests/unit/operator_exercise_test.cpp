@@ -10,7 +10,7 @@
 #include "engine/app/operator/exercise.h"
 #include "engine/app/operator/file_field.h"
 #include "engine/app/operator/library.h"
-#include "engine/app/operator/result_picture.h"
+#include "engine/app/operator/session_works.h"
 #include "engine/app/recording/resume.h"
 #include "engine/app/review/session_report.h"
 #include "engine/app/task/task.h"

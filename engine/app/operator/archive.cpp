@@ -3,28 +3,20 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <nlohmann/json.hpp>
 
 #include "engine/app/operator/library.h"
 #include "engine/app/operator/session_scores.h"
 #include "engine/app/picture/tissue_view.h"
 #include "engine/app/planning/mouth.h"
-#include "engine/app/recording/replay.h"
-#include "engine/app/recording/resume.h"
-#include "engine/app/review/session_report.h"
 #include "engine/app/scene.h"
 #include "engine/base/error.h"
 #include "engine/base/folder.h"
-#include "engine/base/json.h"
 #include "engine/base/log.h"
 #include "engine/base/partial_file.h"
 #include "engine/base/units.h"
-#include "engine/session/report.h"
-#include "engine/session/session_file.h"
 #include "engine/surface/mesh_export.h"
 #include "haptics/import/mesh_tissue.h"
-#include "haptics/tissue_volume.h"
 
 namespace typodont {
 
@@ -182,27 +174,6 @@ fs::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Pr
   for (const fs::path& mesh : tooth.more) description += ", " + mesh.filename().string();
   write_imported_exercise({tooth.name, description, tooth.crown, top}, imported, file, Over::kItsInput, progress);
   return file;
-}
-
-void export_surface(const fs::path& session, const fs::path& mesh, Progress& progress) {
-  progress.stage("op.exporting");
-  surface::require_mesh_format(mesh);
-  const StoredTissue stored = stored_tissue(session, [&](double fraction) { progress.at(fraction); });
-  const haptics::TissueVolume& tissue = stored.volume;
-  const surface::WholeMesh whole =
-      whole_surface(tissue, stored.draws_own, 0.1f, [&](double fraction) { progress.at(0.3 + 0.6 * fraction); });
-  if (whole.triangles.empty()) throw Error(session.string(), "", "no surface", "tissue");
-  progress.at(0.9);
-  surface::write_mesh(mesh, whole, tissue.frame(), stored.materials);
-  progress.at(1);
-}
-
-void write_learning_curve(const fs::path& folder, const fs::path& page, int language, Progress& progress) {
-  progress.stage("op.making_report");
-  const auto sessions = sessions_in(folder, progress);
-  write_file_atomically(page, session::learning_curve_html(sessions, static_cast<session::Language>(language)),
-                        FileKind::kPage);
-  progress.at(1);
 }
 
 }  // namespace typodont

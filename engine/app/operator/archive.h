@@ -59,11 +59,4 @@ std::filesystem::path import_tooth(const NewTooth& tooth, Progress& progress);
 std::filesystem::path write_exercise_of(const NewTooth& tooth, haptics::Imported imported, Progress& progress,
                                         const std::optional<dvec3>& top = {});
 
-/// Writes the final or saved tissue as a surface (.stl, .ply or .obj). Throws Error or Cancelled.
-void export_surface(const std::filesystem::path& session, const std::filesystem::path& mesh, Progress& progress);
-
-/// Writes the learning curve of all sessions in a folder. Throws Error or Cancelled.
-void write_learning_curve(const std::filesystem::path& folder, const std::filesystem::path& page, int language,
-                          Progress& progress);
-
 }  // namespace typodont

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "engine/app/assets.h"
 #include "engine/app/operator/widgets.h"
-#include "engine/display/keys.h"
 #include "engine/session/score.h"
 #include "haptics/import/import.h"
 
@@ -13,7 +13,6 @@ namespace typodont {
 namespace {
 
 using namespace widgets;
-namespace keys = display::keys;
 
 /// Draws the points, 0 to 100; red if they are below the pass mark.
 void draw_known_score(const OperatorState& s, const SessionEntry& one) {
@@ -21,30 +20,21 @@ void draw_known_score(const OperatorState& s, const SessionEntry& one) {
   if (!one.score->counts) return dim("–");
   const float room = ImGui::GetContentRegionAvail().x;
   const std::string points = s.number(session::printed_points(one.score->points), 1);
-  ImGui::PushStyleColor(ImGuiCol_Text, one.score->passed ? kGood : kBad);
   ImGui::SetCursorPosX(ImGui::GetCursorPosX() + std::max(room - ImGui::CalcTextSize(points.c_str()).x, 0.0f));
-  ImGui::TextUnformatted(points.c_str());
-  ImGui::PopStyleColor();
+  colored(points, one.score->passed ? kGood : kBad);
   if (!one.score->passed && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", s.text("not_passed"));
 }
 
 void draw_sessions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
-  begin_panel("sessions", s.text("op.sessions"), size, w);
+  const PagePanel panel("sessions", s.text("op.sessions"), size, w);
   const int count = static_cast<int>(s.sessions.size());
-  const int step = (ImGui::IsKeyPressed(keys::kDown) ? 1 : 0) - (ImGui::IsKeyPressed(keys::kUp) ? 1 : 0);
-  bool moved = false;
-  if (ImGui::GetIO().KeyCtrl && step != 0 && count > 0) {
-    s.session = (s.session + step + count) % count;
-    moved = true;
-  }
+  const bool moved = step_through(s.session, s.sessions.size());
   if (s.sessions.empty()) dim_wrapped(s.text("op.no_sessions"));
-  if (count > 0 && ImGui::BeginTable("sessions", 5, ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingStretchProp)) {
-    ImGui::TableSetupColumn(s.text("date"), 0, 1.3f);
-    ImGui::TableSetupColumn(s.text("op.exercise"), 0, 1.6f);
-    ImGui::TableSetupColumn(s.text("trainee"), 0, 1);
-    ImGui::TableSetupColumn(s.text("score"), 0, 0.6f);
-    ImGui::TableSetupColumn(s.text("op.size"), 0, 0.7f);
-    ImGui::TableHeadersRow();
+  if (count > 0 && begin_table("sessions", {{s.text("date"), 1.3f},
+                                            {s.text("op.exercise"), 1.6f},
+                                            {s.text("trainee"), 1},
+                                            {s.text("score"), 0.6f},
+                                            {s.text("op.size"), 0.7f}})) {
     for (int i = 0; i < count; ++i) {
       const SessionEntry& one = s.sessions[static_cast<std::size_t>(i)];
       ImGui::TableNextRow();
@@ -66,11 +56,10 @@ void draw_sessions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     }
     ImGui::EndTable();
   }
-  end_panel();
 }
 
 void draw_actions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
-  begin_panel("actions", s.text("op.of_session"), size, w);
+  const PagePanel panel("actions", s.text("op.of_session"), size, w);
   const bool any = s.session >= 0 && s.session < static_cast<int>(s.sessions.size());
   const bool course = any && s.sessions[static_cast<std::size_t>(s.session)].recorded;
   const bool can_course = course && !s.busy, can_any = any && !s.busy;
@@ -90,12 +79,11 @@ void draw_actions(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   choice("##format", s.mesh_format, kFormats, format);
   ask_button(s, Ask::kGoOnFrom, s.text("op.go_on_from"), half, can_any);
   ImGui::SameLine();
-  if (ImGui::Button(s.text("op.open_folder"), half)) s.ask(Ask::kOpenFolder);
-  end_panel();
+  if (ImGui::Button(s.text("op.open_folder"), half)) s.to_open.push_back(user_folder().string());
 }
 
 void draw_import_of_archive(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
-  begin_panel("import", s.text("op.import"), size, w);
+  const PagePanel panel("import", s.text("op.import"), size, w);
   note(s.text("op.import_help"), w);
   ImportForm& f = s.import;
   if (key('I', true)) ImGui::SetKeyboardFocusHere();
@@ -136,7 +124,6 @@ void draw_import_of_archive(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::SameLine();
   ask_button(s, Ask::kLookAtScan, s.text("op.look_at_scan"), {-1, 0}, !s.busy && f.file[0] != 0 && !as_scanned);
   ask_button(s, Ask::kImport, s.text("op.import_do"), {-1, 0}, !s.busy && f.file[0] != 0 && f.name[0] != 0, true);
-  end_panel();
 }
 
 }  // namespace

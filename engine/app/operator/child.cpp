@@ -23,11 +23,19 @@ constexpr int kChildPoll = 50;  // ms, time between two checks for a cancellatio
 // Time from the request to end until the process is killed, ms.
 constexpr int kEndPatience = 3000;
 
-std::vector<char*> pointers(std::vector<std::string>& words) {
-  std::vector<char*> result;
-  for (std::string& word : words) result.push_back(word.data());
-  result.push_back(nullptr);
-  return result;
+/// Starts the program words[0]. `files`: its input, output and messages; −1: the file of this process. Returns the
+/// process; negative: it cannot be started.
+pid_t start_process(std::vector<std::string> words, const std::array<int, 3>& files, int nice) {
+  std::vector<char*> line;
+  for (std::string& word : words) line.push_back(word.data());
+  line.push_back(nullptr);
+  const pid_t child = fork();
+  if (child != 0) return child;
+  for (int i = 0; i < 3; ++i)
+    if (files[static_cast<std::size_t>(i)] >= 0) dup2(files[static_cast<std::size_t>(i)], i);
+  if (nice > 0) setpriority(PRIO_PROCESS, 0, nice);
+  execvp(line[0], line.data());
+  _exit(127);
 }
 
 std::vector<std::string> self_with(const std::vector<std::string>& arguments) {
@@ -62,8 +70,7 @@ std::string last_line(std::string_view text) {
   return std::string(text.substr(text.rfind('\n') + 1));
 }
 
-std::string run_program(std::vector<std::string> words, Progress& progress, const ChildOptions& options) {
-  const std::vector<char*> line = pointers(words);
+std::string run_program(const std::vector<std::string>& words, Progress& progress, const ChildOptions& options) {
   const int input = file_in_memory(options.input);
   if (input < 0) throw RunFailure("cannot start " + words[0]);
   struct Closed {
@@ -76,15 +83,7 @@ std::string run_program(std::vector<std::string> words, Progress& progress, cons
     close(ends[0][0]), close(ends[0][1]);
     throw RunFailure("cannot start " + words[0]);
   }
-  const pid_t child = fork();
-  if (child == 0) {
-    dup2(input, STDIN_FILENO);
-    dup2(ends[0][1], STDOUT_FILENO);
-    dup2(ends[1][1], STDERR_FILENO);
-    setpriority(PRIO_PROCESS, 0, options.nice);
-    execvp(line[0], line.data());
-    _exit(127);
-  }
+  const pid_t child = start_process(words, {input, ends[0][1], ends[1][1]}, options.nice);
   close(ends[0][1]), close(ends[1][1]);
   struct Ended {  // its destructor ends the process, however the function is left
     pid_t child;
@@ -134,16 +133,10 @@ std::string run_self(const std::vector<std::string>& arguments, Progress& progre
   return run_program(self_with(arguments), progress, {.nice = nice});
 }
 
-void Started::start(std::vector<std::string> words, const std::string& file) {
-  const std::vector<char*> line = pointers(words);
+void Started::start(const std::vector<std::string>& words, const std::string& file) {
   // The process writes its messages to memory. A pipe would break when the window closes, which would end the process.
   const int said = memfd_create("messages", MFD_CLOEXEC);
-  const pid_t child = fork();
-  if (child == 0) {
-    if (said >= 0) dup2(said, STDERR_FILENO);
-    execvp(line[0], line.data());
-    _exit(127);
-  }
+  const pid_t child = start_process(words, {-1, -1, said}, 0);
   if (child > 0)
     running_.push_back({child, said, file});
   else if (said >= 0)

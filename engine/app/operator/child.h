@@ -29,7 +29,7 @@ struct ChildOptions {
   std::function<void(std::string_view line)> on_line = {};  // called for each line of output, in the caller's thread
 };
 /// Runs the program words[0] to its end, like run_self().
-std::string run_program(std::vector<std::string> words, Progress& progress, const ChildOptions& options);
+std::string run_program(const std::vector<std::string>& words, Progress& progress, const ChildOptions& options);
 
 /// Runs `typodont ARGUMENTS` to its end and returns its output. To cancel, asks the process to end, then kills it.
 /// `nice`: 0 to 19. Throws Cancelled, or RunFailure with the last message of a process that fails without output.
@@ -56,7 +56,7 @@ class Started {
     int said = -1;  // file descriptor of the child's messages, a file in memory
     std::string file;
   };
-  void start(std::vector<std::string> words, const std::string& file);
+  void start(const std::vector<std::string>& words, const std::string& file);
   std::vector<One> running_;
 };
 

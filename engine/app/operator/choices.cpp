@@ -45,7 +45,7 @@ void Choices::set_language(session::Language language) {
 void Choices::rescan() {
   s_.scenes = find_scenes(s_);
   s_.cases.families = find_case_families(s_.language);
-  pictures_.forget();
+  window_.replace(s_.pictures, {});
   std::string texts;
   for (const SceneChoice& scene : s_.scenes) texts += scene.group + scene.title + scene.description;
   for (const auto& [name, title] : s_.cases.families) texts += title;
@@ -77,7 +77,6 @@ void Choices::choose_tutorial() {
   s_.first_run = s_.author = false;
 }
 
-/// Selects the hand (input device) with this address, if it is in the list.
 void Choices::choose_hand(const std::string& address) {
   for (std::size_t i = 0; i < s_.hands.size(); ++i)
     if (s_.hands[i].address == address) s_.hand = static_cast<int>(i);

@@ -14,7 +14,7 @@ using namespace widgets;
 
 void draw_question(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ExperimentForm& form = s.experiment;
-  begin_panel("question", s.text("op.experiment_question"), size, w);
+  const PagePanel panel("question", s.text("op.experiment_question"), size, w);
   constexpr int kCount = static_cast<int>(kExperimentQuestions.size());
   if (key('U', true)) form.question = (form.question + 1) % kCount;
   for (int i = 0; i < kCount; ++i) {
@@ -45,12 +45,11 @@ void draw_question(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   number(form.trials[question], 1, 10000, ImGuiDataType_S32, fmt::format("%d {}", trials), "##trials");
   number(form.seconds, 0.05f, 600.0f, ImGuiDataType_Float, fmt::format("%.4g {}", s.text("op.experiment_seconds")),
          "##seconds");
-  end_panel();
 }
 
 /// Shows which exercise, hand (device) and display the start page has selected, because the experiment uses them.
 void draw_selection(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
-  begin_panel("selection", s.text("op.experiment_with"), size, w);
+  const PagePanel panel("selection", s.text("op.experiment_with"), size, w);
   const auto title = [](const auto& list, int chosen) {
     return chosen >= 0 && chosen < static_cast<int>(list.size()) ? list[static_cast<std::size_t>(chosen)].title : "–";
   };
@@ -59,7 +58,6 @@ void draw_selection(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   row(s.text("op.picture"), title(s.rigs, s.rig));
   ImGui::Spacing();
   dim_wrapped(s.text("op.experiment_course"));
-  end_panel();
 }
 
 /// A value with its 95 % confidence interval, for example "12 (95 %: 8 to 19) %".
@@ -71,7 +69,7 @@ std::string interval_text(const OperatorState& s, const FoundValue& found, const
 }
 
 void draw_finding(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
-  begin_panel("finding", s.text("op.result"), size, w);
+  const PagePanel panel("finding", s.text("op.result"), size, w);
   if (const auto& found = s.experiment_found) {
     const std::string question = kExperimentQuestions[found->question];
     row(s.text("op.experiment_question"), s.text("op.experiment." + question));
@@ -90,7 +88,6 @@ void draw_finding(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   } else {
     dim_wrapped(s.text("op.experiment_none"));
   }
-  end_panel();
 }
 
 }  // namespace

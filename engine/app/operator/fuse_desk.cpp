@@ -1,7 +1,7 @@
 #include "engine/app/operator/fuse_desk.h"
 
+#include <array>
 #include <filesystem>
-#include <string>
 #include <utility>
 
 #include "engine/base/log.h"
@@ -11,41 +11,50 @@ namespace typodont {
 
 namespace {
 constexpr int kSurfacePixels = 560;  // pixels, side of a surface's picture
-}
+
+struct DrawnSurfaces {
+  std::array<SurfacePicture, 2> views;
+  std::vector<render::Picture> pictures;
+};
+}  // namespace
 
 void FuseDesk::open() {
-  if (!s_.scan.review || !s_.scan.review->can_correct()) return s_.fail(s_.text("op.scan_needs_full"));
+  // The scan's labels do not change while this page is shown.
+  const std::shared_ptr<const ScanReview> review = s_.scan.review;
+  if (!review || !review->can_correct()) return s_.fail(s_.text("op.scan_needs_full"));
   close();
-  s_.page = Page::kFuse;
-  s_.say("");
-  const auto ct = std::make_shared<const haptics::DenseTissue>(s_.scan.review->labels()->tissue);
+  s_.open(Page::kFuse);
   work_.make(
-      [ct, file = std::filesystem::path(s_.fuse.file.data()),
+      [review, file = std::filesystem::path(s_.fuse.file.data()),
        unit = static_cast<double>(s_.fuse.unit_mm) * kMillimetre](Progress& progress) {
         progress.stage("op.loading", 0, 1);
+        const auto ct = std::make_shared<const haptics::DenseTissue>(review->labels()->tissue);
         return std::make_shared<ScanFusion>(ct, file, unit);
       },
       [this](std::shared_ptr<ScanFusion> loaded) {
-        fusion_ = std::move(loaded);
-        s_.fuse.fusion = fusion_.get();
+        s_.fuse.fusion = std::move(loaded);
         s_.fuse.changed = true;
         s_.say(s_.text("op.fuse_pick"));
         log::info("surfaces ready");
       },
-      [this] { s_.page = Page::kScan; });
+      [this](const std::exception&) {
+        s_.page = Page::kScan;
+        throw;
+      });
 }
 
 void FuseDesk::register_points() {
-  if (!fusion_ || !fusion_->can_register()) return;
+  const std::shared_ptr<ScanFusion> fusion = s_.fuse.fusion;
+  if (!fusion || !fusion->can_register()) return;
   work_.make(
-      [fusion = fusion_](Progress& progress) {
+      [fusion](Progress& progress) {
         progress.stage("op.fuse_registering", 0, 1);
         return fusion->registered();
       },
       [this](ScanRegistration found) {
-        if (!fusion_) return;
+        if (!s_.fuse.fusion) return;
         const calibration::SurfaceRegistration fine = found.fine;
-        fusion_->show(std::move(found));
+        s_.fuse.fusion->show(std::move(found));
         s_.fuse.changed = true;
         s_.say(s_.text("op.fuse_laid"));
         log::info("registered: {:.3f} mm median, ± {:.3f} mm", fine.median / kMillimetre,
@@ -54,15 +63,16 @@ void FuseDesk::register_points() {
 }
 
 void FuseDesk::take() {
-  if (!fusion_ || !fusion_->registration()) return;
+  const std::shared_ptr<const ScanFusion> fusion = s_.fuse.fusion;
+  if (!fusion || !fusion->registration()) return;
   work_.make(
-      [fusion = fusion_](Progress& progress) {
+      [fusion](Progress& progress) {
         progress.stage("op.fuse_replacing", 0, 1);
         return fusion->fused(progress);
       },
       [this](haptics::Fused made) {
-        if (!s_.scan.review) return;
-        s_.scan.review->replace(std::move(made.tissue));
+        s_.scan.change(
+            [tissue = std::move(made.tissue)](ScanReview& review) mutable { review.replace(std::move(tissue)); });
         close();
         s_.page = Page::kScan;
         s_.say(s_.text("op.fuse_done"));
@@ -70,25 +80,33 @@ void FuseDesk::take() {
       });
 }
 
-void FuseDesk::follow() {
-  if (s_.page != Page::kFuse || !fusion_ || !(s_.fuse.changed || pictures_.empty())) return;
-  destroy();
-  for (const ScanFusion::Side side : {ScanFusion::kScan, ScanFusion::kCt})
-    pictures_.add(fusion_->view(side).draw(kSurfacePixels));
-  pictures_.list(s_.fuse.pictures);
-  ++s_.fuse.drawn;
-  s_.fuse.changed = false;
-}
-
-void FuseDesk::destroy() {
-  s_.fuse.pictures = {};
-  pictures_.clear();
+bool FuseDesk::look() {
+  FuseForm& form = s_.fuse;
+  if (s_.page != Page::kFuse || !form.fusion) return false;
+  const bool drawn = preview_.look();
+  if (!preview_.due(form.changed)) return drawn;
+  form.changed = false;
+  preview_.begin(
+      [views =
+           std::array{form.fusion->view(ScanFusion::kScan), form.fusion->view(ScanFusion::kCt)}](Progress& progress) {
+        DrawnSurfaces surfaces{views, {}};
+        for (SurfacePicture& view : surfaces.views) {
+          progress.at(0);
+          surfaces.pictures.push_back(view.draw(kSurfacePixels));
+        }
+        return surfaces;
+      },
+      [&form](DrawnSurfaces& surfaces) {
+        for (const ScanFusion::Side side : {ScanFusion::kScan, ScanFusion::kCt})
+          form.fusion->view(side).take(std::move(surfaces.views[side]));
+        return true;
+      });
+  return drawn;
 }
 
 void FuseDesk::close() {
-  destroy();
-  s_.fuse.fusion = nullptr;
-  fusion_.reset();
+  preview_.close();
+  s_.fuse.fusion.reset();
 }
 
 }  // namespace typodont

@@ -2,19 +2,16 @@
 // both surfaces, replaces the crowns. Main thread only.
 #pragma once
 
-#include <memory>
-
-#include "engine/app/operator/interface_window.h"
 #include "engine/app/operator/long_work.h"
+#include "engine/app/operator/preview.h"
 #include "engine/app/operator/state.h"
-#include "engine/app/planning/scan_fusion.h"
-#include "engine/app/planning/scan_review.h"
 
 namespace typodont {
 
 class FuseDesk {
  public:
-  FuseDesk(OperatorState& s, InterfaceWindow& w, BackgroundTask& work) : s_(s), work_(work), pictures_(w) {}
+  FuseDesk(OperatorState& s, InterfaceWindow& w, BackgroundTask& work)
+      : s_(s), work_(work), preview_(s, w, s.fuse.pictures) {}
 
   /// Shows the page and reads OperatorState::fuse in the background. Needs the CBCT's tissue labels at full voxel size.
   void open();
@@ -22,18 +19,15 @@ class FuseDesk {
   void register_points();
   /// Replaces the crowns and shows the scan page.
   void take();
-  /// Redraws changed surfaces. Call before the page is drawn.
-  void follow();
-  /// Frees the GPU memory of the pictures; the next follow() creates them again.
-  void destroy();
+  /// Draws changed surfaces. True: the pictures have changed.
+  bool look();
   /// Frees the memory of both surfaces.
   void close();
 
  private:
   OperatorState& s_;
   BackgroundTask& work_;
-  std::shared_ptr<ScanFusion> fusion_;
-  UploadedPictures pictures_;
+  Preview preview_;
 };
 
 }  // namespace typodont

@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 
-#include "engine/app/operator/state.h"
 #include "engine/app/operator/widgets.h"
 #include "engine/base/units.h"
 
@@ -49,7 +48,7 @@ void follow_mouse_of_fuse(FuseForm& form, ScanFusion::Side side, ImVec2 at, floa
 
 void draw_surface(OperatorState& s, InterfaceWindow& w, ScanFusion::Side side, float size) {
   FuseForm& form = s.fuse;
-  titled_picture(s, w, kFuseTitles[side], form.pictures[side], form.drawn, size, [&](ImVec2 at) {
+  titled_picture(s, w, kFuseTitles[side], form.pictures, side, size, [&](ImVec2 at) {
     if (!s.busy) follow_mouse_of_fuse(form, side, at, size);
     ImDrawList* draw = ImGui::GetWindowDrawList();
     draw->PushClipRect(at, {at.x + size, at.y + size}, true);
@@ -68,20 +67,20 @@ void draw_surface(OperatorState& s, InterfaceWindow& w, ScanFusion::Side side, f
 }
 
 void draw_side_of_fuse(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
-  const ScanFusion& fusion = *s.fuse.fusion;
-  begin_panel("fuse", s.text("op.fuse"), size, w);
+  ScanFusion& fusion = *s.fuse.fusion;
+  const PagePanel panel("fuse", s.text("op.fuse"), size, w);
   const std::size_t pairs = std::min(fusion.points(ScanFusion::kScan).size(), fusion.points(ScanFusion::kCt).size());
   row(s.text("op.fuse_pairs"), fmt::format("{} / {}", pairs, ScanFusion::kMinPairs),
       pairs >= ScanFusion::kMinPairs ? &kGood : &kWarn);
-  const auto button = [&](const char* text, int code, bool enabled, Ask ask, bool main) {
-    ImGui::BeginDisabled(!enabled);
+  const auto button = [&](const char* text, int code, bool enabled, bool main = false) {
     const std::string label = fmt::format("{}   {}", s.text(text), code);
-    if (main ? main_button(label.c_str(), {-1, 0}) : ImGui::Button(label.c_str(), {-1, 0})) s.ask(ask);
-    ImGui::EndDisabled();
-    if (enabled && key('0' + code)) s.ask(ask);
+    return key_button(label, {-1, 0}, enabled && !s.busy, key('0' + code), main);
   };
-  button("op.fuse_drop", 1, !s.busy && pairs + fusion.points(ScanFusion::kScan).size() > 0, Ask::kFuseDropPoint, false);
-  button("op.fuse_register", 2, !s.busy && fusion.can_register() && !fusion.registration(), Ask::kFuseRegister, true);
+  if (button("op.fuse_drop", 1, pairs + fusion.points(ScanFusion::kScan).size() > 0)) {
+    fusion.drop_last();
+    s.fuse.changed = true;
+  }
+  if (button("op.fuse_register", 2, fusion.can_register() && !fusion.registration(), true)) s.ask(Ask::kFuseRegister);
   if (const auto& found = fusion.registration()) {
     const auto mm = [&](double metres) { return fmt::format("{} mm", s.number(metres / kMillimetre, 3)); };
     ImGui::Spacing();
@@ -96,11 +95,10 @@ void draw_side_of_fuse(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     row(s.text("op.fuse_agreement"), fmt::format("{} %", s.number(100 * found->fine.agreement, 0)));
     ImGui::Spacing();
   }
-  button("op.fuse_take", 3, !s.busy && fusion.registration().has_value(), Ask::kFuseTake, true);
-  button("op.fuse_back", 4, !s.busy, Ask::kFuseBack, false);
+  if (button("op.fuse_take", 3, fusion.registration().has_value(), true)) s.ask(Ask::kFuseTake);
+  if (button("op.fuse_back", 4, true)) s.ask(Ask::kFuseBack);
   ImGui::Spacing();
   note(s.text("op.fuse_help"), w);
-  end_panel();
 }
 
 }  // namespace
@@ -108,20 +106,16 @@ void draw_side_of_fuse(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 void draw_fuse_page(OperatorState& s, InterfaceWindow& w) {
   const float u = w.style().unit;
   const ImVec2 body = begin_titled_page(s.text("op.fuse"), w), gap = ImGui::GetStyle().ItemSpacing;
+  if (!s.fuse.fusion) return end_empty_page(s, w, body);
   const float height = body.y, side = std::max(0.26f * body.x, 18 * u);
+  const float size = std::min((body.x - side - 3 * gap.x) / 2, height - 1.4f * u - gap.y);
   begin_column("surfaces", {body.x - side - gap.x, height});
-  if (s.fuse.fusion) {
-    const float size = std::min((body.x - side - 3 * gap.x) / 2, height - 1.4f * u - gap.y);
-    draw_surface(s, w, ScanFusion::kScan, size);
-    ImGui::SameLine();
-    draw_surface(s, w, ScanFusion::kCt, size);
-  }
+  draw_surface(s, w, ScanFusion::kScan, size);
+  ImGui::SameLine();
+  draw_surface(s, w, ScanFusion::kCt, size);
   ImGui::EndChild();
   ImGui::SameLine();
-  if (s.fuse.fusion)
-    draw_side_of_fuse(s, w, {side, height});
-  else
-    ImGui::Dummy({side, height});
+  draw_side_of_fuse(s, w, {side, height});
   end_titled_page(s, w);
 }
 

@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
+#include <thread>
 
 #include "engine/base/clock.h"
 #include "engine/base/error.h"
@@ -21,28 +23,22 @@ namespace keys = display::keys;
 
 // Time after an input during which every frame is drawn, for hover effects and the text cursor, s.
 constexpr double kSettle = 0.25;
+// Pause after a frame that is not shown. For other frames, the output limits the rate.
+constexpr std::chrono::milliseconds kUnshownFrame{4};
 
-/// Returns the first file that exists, because Debian, Fedora and Arch keep fonts in different folders.
-std::optional<std::string> first_of(std::span<const char* const> files) {
+constexpr std::array kLatinFonts = {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
+                                    "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
+                                    "/usr/share/fonts/TTF/DejaVuSans.ttf"};
+constexpr std::array kChineseFonts = {
+    "/usr/share/fonts/truetype/wqy/wqy-microhei.ttc", "/usr/share/fonts/truetype/droid/DroidSansFallbackFull.ttf",
+    "/usr/share/fonts/truetype/arphic/uming.ttc", "/usr/share/fonts/wenquanyi/wqy-microhei/wqy-microhei.ttc"};
+
+/// Returns the first file that exists, because Debian, Fedora and Arch keep fonts in different folders. Null: none.
+const char* first_of(std::span<const char* const> files) {
   std::error_code code;
   for (const char* file : files)
     if (fs::is_regular_file(file, code)) return file;
-  return std::nullopt;
-}
-std::optional<std::string> latin_font() {
-  static constexpr std::array files = {"/usr/share/fonts/truetype/dejavu/DejaVuSans.ttf",
-                                       "/usr/share/fonts/dejavu-sans-fonts/DejaVuSans.ttf",
-                                       "/usr/share/fonts/TTF/DejaVuSans.ttf"};
-  return first_of(files);
-}
-std::optional<std::string> chinese_font() {
-  static constexpr std::array files = {
-      "/usr/share/fonts/truetype/wqy/wqy-microhei.ttc",
-      "/usr/share/fonts/truetype/droid/DroidSansFallbackFull.ttf",
-      "/usr/share/fonts/truetype/arphic/uming.ttc",
-      "/usr/share/fonts/wenquanyi/wqy-microhei/wqy-microhei.ttc",
-  };
-  return first_of(files);
+  return nullptr;
 }
 
 /// Sets a dark, neutral theme, so that the picture stands out. One accent colour marks usable elements.
@@ -122,15 +118,8 @@ static double scale_of(const display::Output& output) {
   return std::min(output.scale(), std::max(most, 1.0));
 }
 
-void UploadedPictures::clear() {
-  if (images_.empty()) return;
-  window_.wait_idle();
-  for (gpu::Image& image : images_) image.destroy(window_.device());
-  images_.clear();
-}
-
 bool can_show(session::Language language) {
-  return language != session::Language::kChinese || chinese_font().has_value();
+  return language != session::Language::kChinese || first_of(kChineseFonts);
 }
 
 void InterfaceWindow::open() {
@@ -210,6 +199,7 @@ void InterfaceWindow::wait_idle() {
 }
 
 void InterfaceWindow::build_fonts() {
+  wait_idle();
   style_.unit = static_cast<float>(16 * scale_);
   set_theme(style_.unit);
   ImFontAtlas& atlas = *ImGui::GetIO().Fonts;
@@ -220,7 +210,7 @@ void InterfaceWindow::build_fonts() {
                                       0x209f, 0x20ac, 0x20ac, 0x2190, 0x21ff, 0x2200, 0x22ff,
                                       0x25a0, 0x25ff, 0x2600, 0x26ff, 0x2713, 0x2717, 0};
   ImVector<ImWchar> chinese;
-  const auto font = chinese_font();
+  const char* const font = first_of(kChineseFonts);
   if (language_ == session::Language::kChinese && font) {
     ImFontGlyphRangesBuilder builder;
     for (const std::string_view key : session::catalogue_keys()) {
@@ -234,10 +224,9 @@ void InterfaceWindow::build_fonts() {
   const auto add = [&](float pixels) {
     ImFontConfig config;
     config.OversampleH = 2;
-    const auto file = latin_font();
     ImFont* made = nullptr;
-    if (file) {
-      made = atlas.AddFontFromFileTTF(file->c_str(), pixels, &config, latin);
+    if (const char* const file = first_of(kLatinFonts)) {
+      made = atlas.AddFontFromFileTTF(file, pixels, &config, latin);
     } else {
       config.SizePixels = pixels;
       made = atlas.AddFontDefault(&config);
@@ -246,7 +235,7 @@ void InterfaceWindow::build_fonts() {
       ImFontConfig merge;
       merge.MergeMode = true;
       merge.OversampleH = 1;
-      atlas.AddFontFromFileTTF(font->c_str(), pixels * 1.08f, &merge, chinese.Data);
+      atlas.AddFontFromFileTTF(font, pixels * 1.08f, &merge, chinese.Data);
     }
     return made;
   };
@@ -254,15 +243,14 @@ void InterfaceWindow::build_fonts() {
   style_.large = add(style_.unit * 1.5f);
   style_.small = add(style_.unit * 0.84f);
   atlas.Build();
+  if (painter_) painter_->take_font_atlas();
 }
 
 bool InterfaceWindow::set_language(session::Language language) {
   if (language == language_) return true;
   if (!can_show(language)) return false;
   language_ = language;
-  wait_idle();
   build_fonts();
-  painter_->take_font_atlas();
   return true;
 }
 
@@ -277,9 +265,7 @@ void InterfaceWindow::announce_text(const std::string& text) {
   }
   if (!missing) return;
   more_ += text;
-  wait_idle();
   build_fonts();
-  painter_->take_font_atlas();
 }
 
 bool InterfaceWindow::poll(double max_seconds) {
@@ -305,9 +291,7 @@ bool InterfaceWindow::poll(double max_seconds) {
 void InterfaceWindow::begin(bool emergency_stop) {
   if (const double scale = scale_of(*output_); scale != scale_) {
     scale_ = scale;
-    wait_idle();
     build_fonts();
-    painter_->take_font_atlas();
   }
   ImGuiIO& io = ImGui::GetIO();
   const Nanos t = now();
@@ -330,8 +314,9 @@ void InterfaceWindow::begin(bool emergency_stop) {
   ImGui::NewFrame();
 }
 
-void InterfaceWindow::end() {
+void InterfaceWindow::end(bool shown) {
   ImGui::Render();
+  if (!shown) return std::this_thread::sleep_for(kUnshownFrame);
   const VkCommandBuffer commands = ring_.begin(device_);
   const bool screen_lost_it = output_->needs_frame();
   const auto target = output_->acquire();
@@ -343,7 +328,7 @@ void InterfaceWindow::end() {
   const auto drawn = painter_->record(commands, *ImGui::GetDrawData(), *target, ring_.slot(),
                                       {back.x, back.y, back.z, 1}, screen_lost_it);
   ring_.submit(device_, target->ready, target->done);
-  output_->present(drawn);
+  output_->present(drawn, [this, slot = ring_.slot()] { ring_.wait(device_, slot); });
   ++frames_;
 }
 
@@ -366,6 +351,13 @@ gpu::Image InterfaceWindow::upload(const render::Picture& picture) {
   gpu::upload(device_, image, picture.rgba);
   ++uploads_;
   return image;
+}
+
+void InterfaceWindow::replace(std::vector<gpu::Image>& images, std::span<const render::Picture> pictures) {
+  if (!images.empty()) wait_idle();
+  for (gpu::Image& image : images) image.destroy(device_);
+  images.clear();
+  for (const render::Picture& picture : pictures) images.push_back(upload(picture));
 }
 
 }  // namespace typodont

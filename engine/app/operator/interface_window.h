@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -52,12 +53,16 @@ class InterfaceWindow {
 
   /// Call ImGui's functions between begin() and end(). `emergency_stop`: in this frame, Esc and Space stop the session.
   void begin(bool emergency_stop);
-  void end();
+  /// `shown`: false for a frame that only takes input, because the GPU is busy for long.
+  void end(bool shown = true);
 
-  /// Makes a picture available to ImGui::Image in this frame. `shows`: a number that changes with the content.
+  /// Makes a picture available to ImGui::Image in this frame. `shows`: a number that changes with the content, needed
+  /// only if the content changes without an upload.
   void* texture(const gpu::Image& picture, std::uint64_t shows = 0);
   /// Uploads a picture. The caller destroys it after wait_idle().
   gpu::Image upload(const render::Picture& picture);
+  /// Destroys the uploaded pictures in `images`, and uploads others.
+  void replace(std::vector<gpu::Image>& images, std::span<const render::Picture> pictures);
   void wait_idle();
   /// Creates GPU device and window again after the device was lost. Destroy uploaded pictures first.
   void recreate_device();
@@ -88,28 +93,6 @@ class InterfaceWindow {
   std::string more_;  // characters from announce_text() that the text catalogue does not contain
   Nanos last_frame_ = 0, last_input_ = 0;
   std::uint64_t frames_ = 0, uploads_ = 0;
-};
-
-/// Pictures in GPU memory. Destroys them.
-class UploadedPictures {
- public:
-  explicit UploadedPictures(InterfaceWindow& window) : window_(window) {}
-  ~UploadedPictures() { clear(); }
-  UploadedPictures(const UploadedPictures&) = delete;
-  UploadedPictures& operator=(const UploadedPictures&) = delete;
-
-  void add(const render::Picture& picture) { images_.push_back(window_.upload(picture)); }
-  void clear();
-  bool empty() const { return images_.empty(); }
-  /// Writes the addresses of the pictures to `out`. They are valid until the next change.
-  template <class Out>
-  void list(Out&& out) const {
-    for (std::size_t i = 0; i < images_.size(); ++i) out[i] = &images_[i];
-  }
-
- private:
-  InterfaceWindow& window_;
-  std::vector<gpu::Image> images_;
 };
 
 /// True if there is a font for the language.

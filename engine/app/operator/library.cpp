@@ -17,7 +17,6 @@
 #include "engine/base/error.h"
 #include "engine/base/folder.h"
 #include "engine/base/json.h"
-#include "engine/base/units.h"
 #include "engine/display/display_rig.h"
 #include "haptics/devices.h"
 

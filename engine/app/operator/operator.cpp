@@ -18,7 +18,6 @@
 #include "engine/app/operator/library.h"
 #include "engine/app/operator/long_work.h"
 #include "engine/app/operator/plan_desk.h"
-#include "engine/app/operator/result_picture.h"
 #include "engine/app/operator/scan_desk.h"
 #include "engine/app/operator/scene_works.h"
 #include "engine/app/operator/school_desk.h"
@@ -69,6 +68,8 @@ const std::map<Page, PageEntry> kPages{{Page::kStart, {draw_start_page, nullptr}
 /// Draws the pages, and executes their requests between two frames.
 class Operator {
  public:
+  ~Operator() { destroy_pictures(); }
+
   void run() {
     try {
       while (!quit_) {
@@ -117,8 +118,8 @@ class Operator {
       s_.ask(Ask::kDropped);
     }
     const bool drew = desk_.running() && step_session();
-    const bool finished =
-        work_.look() || plan_desk_.look() || scan_desk_.look() || school_.look() || look_around() || look_at_started();
+    const bool finished = work_.look() || plan_desk_.look() || scan_desk_.look() || fuse_desk_.look() ||
+                          school_.look() || look_around() || look_at_started();
     if (due || drew || finished) {
       draw();
       carry_out();
@@ -155,14 +156,24 @@ class Operator {
     revived_ = now();
     s_.live = nullptr;
     desk_.drop_picture();
-    choices_.pictures().destroy();
-    result_picture_.destroy();
-    plan_desk_.destroy();
-    scan_desk_.destroy();
-    fuse_desk_.destroy();
+    destroy_pictures();
     window_.recreate_device();
     choices_.rescan();
     desk_.make_picture();
+  }
+
+  /// Frees the GPU memory of all uploaded pictures. They are uploaded again when a page needs them.
+  void destroy_pictures() {
+    for (auto* pictures : {&s_.pictures, &s_.result_pictures, &s_.scan.pictures, &s_.fuse.pictures, &s_.plan.pictures})
+      window_.replace(*pictures, {});
+    uploaded_result_.reset();
+  }
+
+  void upload_result() {
+    if (uploaded_result_ == s_.outcome.result) return;
+    uploaded_result_ = s_.outcome.result;
+    const bool any = uploaded_result_ && !uploaded_result_->picture.rgba.empty();
+    window_.replace(s_.result_pictures, std::span(any ? &uploaded_result_->picture : nullptr, any ? 1u : 0u));
   }
 
   /// Window title: name of the page; during a session, also the trainee.
@@ -177,14 +188,13 @@ class Operator {
 
   void draw() {
     window_.set_title(title());
-    result_picture_.follow();
-    scan_desk_.follow();
-    fuse_desk_.follow();
+    upload_result();
+    const bool shown = !desk_.drawing();
     window_.begin(s_.page == Page::kSession || s_.page == Page::kLoading);
     kPages.at(s_.page).draw(s_, window_);
     draw_help(s_, window_);
     draw_leaving(s_, window_);
-    window_.end();
+    window_.end(shown);
   }
 
   void carry_out() {
@@ -244,10 +254,6 @@ class Operator {
 
   /// Executes requests that do not concern a running session; SessionDesk executes the others.
   void carry_out(const Request& r) {
-    const auto open_page = [&](Page page) {
-      s_.page = page;
-      s_.say("");
-    };
     switch (r.ask) {
       case Ask::kStart:
       case Ask::kAgain:
@@ -257,14 +263,10 @@ class Operator {
           start_session({});
         break;
       case Ask::kGoOnFrom:
-        start_session(s_.page == Page::kArchive ? chosen_session().file : s_.outcome.recording);
-        break;
+        return start_session(s_.page == Page::kArchive ? chosen_session().file : s_.outcome.recording);
       case Ask::kNextCase:
-        make_next_case(s_, work_, choices_);
-        break;
       case Ask::kMakeCase:
-        make_chosen_case(s_, work_, choices_);
-        break;
+        return begin_case(s_, work_, choices_, r.ask == Ask::kNextCase);
       case Ask::kTutorial:
         choices_.choose_tutorial();
         start_session({});
@@ -283,29 +285,21 @@ class Operator {
         fuse_desk_.close();
         scan_desk_.close();
         desk_.forget_authored();
-        open_page(Page::kStart);
+        s_.open(Page::kStart);
         break;
       case Ask::kLanguage:
         choices_.set_language(static_cast<session::Language>(r.number));
         choices_.rescan();
         break;
       case Ask::kRescan:
-        choices_.rescan();
-        break;
-      case Ask::kWelcomed:
-        s_.first_run = false;
-        break;
+        return choices_.rescan();
       case Ask::kDoctor:
-        look_at_computer();
-        break;
+        return look_at_computer();
       case Ask::kOpenReport:
         if (s_.page == Page::kExperiment)
           s_.to_open.push_back(s_.experiment_found->page.string());
         else if (!s_.outcome.report.empty())
           s_.to_open.push_back(s_.outcome.report.string());
-        break;
-      case Ask::kOpenFolder:
-        s_.to_open.push_back(user_folder().string());
         break;
       case Ask::kDeleteRecording:
         work_.drop();  // cancels tasks that may use this recording, e.g. a report
@@ -319,24 +313,19 @@ class Operator {
         if (Authored* authored = desk_.authored()) save_exercise(s_, work_, choices_, *authored);
         break;
       case Ask::kArchive:
-        open_archive();
-        break;
+        return open_archive();
       case Ask::kExperiment:
-        open_page(Page::kExperiment);
-        break;
+        return s_.open(Page::kExperiment);
       case Ask::kSchool:
-        open_page(Page::kSchool);
+        s_.open(Page::kSchool);
         school_.refresh();
         break;
       case Ask::kSchoolSignIn:
-        school_.sign_in();
-        break;
+        return school_.sign_in();
       case Ask::kSchoolSignOut:
-        school_.sign_out();
-        break;
+        return school_.sign_out();
       case Ask::kSchoolTake:
-        school_.take();
-        break;
+        return school_.take();
       case Ask::kDropped:
         if (s_.page == Page::kScan && take_dropped_mesh(s_)) {
           fuse_desk_.open();
@@ -348,51 +337,36 @@ class Operator {
         if (take_dropped(s_)) scan_desk_.open();
         break;
       case Ask::kFuse:
-        fuse_desk_.open();
-        break;
-      case Ask::kFuseDropPoint:
-        s_.fuse.fusion->drop_last();
-        s_.fuse.changed = true;
-        break;
+        return fuse_desk_.open();
       case Ask::kFuseRegister:
-        fuse_desk_.register_points();
-        break;
+        return fuse_desk_.register_points();
       case Ask::kFuseTake:
-        fuse_desk_.take();
-        break;
+        return fuse_desk_.take();
       case Ask::kFuseBack:
         fuse_desk_.close();
-        open_page(Page::kScan);
+        s_.open(Page::kScan);
         break;
       case Ask::kLookAtScan:
-        scan_desk_.open();
-        break;
+        return scan_desk_.open();
       case Ask::kPlan:
-        plan_desk_.open(work_, s_.page == Page::kPlan ? r.number : 0);
-        break;
+        return plan_desk_.open(work_, s_.page == Page::kPlan ? r.number : 0);
       case Ask::kSavePlan:
-        if (plan_desk_.planner()) save_plan(s_, work_, choices_, plan_desk_.planner());
-        break;
+        return save_plan(s_, work_, choices_);
       case Ask::kSessionReport:
-        show_report(s_, work_, chosen_session());
-        break;
+        return show_report(s_, work_, chosen_session());
       case Ask::kLearningCurve:
-        make_curve(s_, work_, chosen_session());
-        break;
+        return make_curve(s_, work_, chosen_session());
       case Ask::kFilm:
-        make_film(s_, work_, chosen_session());
-        break;
+        return make_film(s_, work_, chosen_session());
       case Ask::kWatch:
-        started_.self({"replay", chosen_session().file.string(), "--show"});
-        break;
+        return started_.self({"replay", chosen_session().file.string(), "--show"});
       case Ask::kExpert:
         make_expert(chosen_session().file);
         list_sessions(s_);
         s_.say(s_.text("op.is_expert"));
         break;
       case Ask::kExportMesh:
-        make_surface(s_, work_, chosen_session());
-        break;
+        return make_surface(s_, work_, chosen_session());
       case Ask::kImport:
         if (s_.page == Page::kScan)
           scan_desk_.import(choices_);
@@ -404,8 +378,7 @@ class Operator {
         desk_.cancel_start();
         break;
       case Ask::kLoseDevice:
-        window_.device().lose();
-        break;
+        return window_.device().lose();
       case Ask::kQuit:
         quit_ = true;
         break;
@@ -482,10 +455,9 @@ class Operator {
   }
 
   void open_archive() {
-    s_.page = Page::kArchive;
+    s_.open(Page::kArchive);
     list_sessions(s_);
     s_.session = std::clamp(s_.session, 0, std::max(static_cast<int>(s_.sessions.size()) - 1, 0));
-    s_.say("");
   }
   const SessionEntry& chosen_session() const { return s_.sessions.at(static_cast<std::size_t>(s_.session)); }
 
@@ -519,7 +491,7 @@ class Operator {
       .urgent = {{' ', display::keys::kEscape, 'H'}, [](int) { haptics::set_emergency_stop(true); }}}};
   OperatorState s_;
   Choices choices_{s_, window_};
-  ResultPicture result_picture_{s_, window_};
+  std::shared_ptr<const SessionResult> uploaded_result_;  // the result whose picture is on the GPU
   PlanDesk plan_desk_{s_, window_};
   SessionScores scores_{s_};
   SchoolDesk school_{s_, window_, choices_};

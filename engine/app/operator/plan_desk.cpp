@@ -1,9 +1,7 @@
 #include "engine/app/operator/plan_desk.h"
 
 #include <algorithm>
-#include <exception>
 #include <string>
-#include <utility>
 
 #include "engine/base/log.h"
 #include "engine/base/units.h"
@@ -12,16 +10,20 @@ namespace typodont {
 
 namespace {
 constexpr int kPlanSectionPixels = 384;  // pixels, side of a section's picture
-}
+
+struct Planned {
+  PlanFindings findings;
+  PlanPlanes planes;
+  std::vector<render::Picture> pictures;
+};
+}  // namespace
 
 void PlanDesk::open(BackgroundTask& work, int bone_class) {
   close();
   const SceneChoice& choice = s_.scenes.at(static_cast<std::size_t>(s_.scene));
-  s_.plan = {};
   const std::string name = choice.title + " 2";
   name.copy(s_.plan.name.data(), std::min(name.size(), s_.plan.name.size() - 1));
-  s_.page = Page::kPlan;
-  s_.say("");
+  s_.open(Page::kPlan);
   struct Loaded {
     std::shared_ptr<const ImplantPlanner> planner;
     std::vector<ImplantProcedure> procedures;
@@ -50,66 +52,48 @@ void PlanDesk::open(BackgroundTask& work, int bone_class) {
         return loaded;
       },
       [this](const Loaded& loaded) {
-        planner_ = loaded.planner;
+        s_.plan.planner = loaded.planner;
         s_.plan.procedures = loaded.procedures;
         s_.plan.procedure = loaded.procedure;
         s_.plan.bone_class = loaded.bone_class;
         s_.plan.plan = loaded.plan;
-        s_.plan.ready = s_.plan.changed = true;
-        log::info("jaw loaded: {}", planner_->scene().name);
+        s_.plan.changed = true;
+        log::info("jaw loaded: {}", loaded.planner->scene().name);
       });
 }
 
 bool PlanDesk::look() {
-  if (s_.page != Page::kPlan || !planner_) return false;
   PlanForm& form = s_.plan;
-  const bool finished = job_ && job_->done();
-  if (finished) {
-    if (const auto failure = std::exchange(job_, nullptr)->failure()) {
-      failed_ = true;
-      try {
-        std::rethrow_exception(failure);
-      } catch (const std::exception& e) {
-        s_.fail(e.what());
-      }
-      return true;
-    }
-    destroy();
-    form.findings = computed_->findings;
-    form.planes = computed_->planes;
-    for (const render::Picture& picture : computed_->pictures) pictures_.add(picture);
-    pictures_.list(form.pictures);
-    ++form.drawn;
-  }
+  if (s_.page != Page::kPlan || !form.planner) return false;
+  const bool finished = preview_.look();
   const ImplantProcedure& procedure = form.procedures[static_cast<std::size_t>(form.procedure)];
   form.plan.length = procedure.length;
   form.plan.diameter = procedure.diameter;
   form.plan.bed_diameter = procedure.bed_diameter;
-  if (job_ || !(form.changed || (pictures_.empty() && !failed_))) return finished;
-  form.changed = failed_ = false;
-  computed_ = std::make_shared<Computed>();
+  if (!preview_.due(form.changed)) return finished;
+  form.changed = false;
   // While the implant is dragged, the section planes do not move: only the implant moves in the picture.
-  computed_->planes = form.planes;
-  job_ = std::make_unique<Job>([computed = computed_, planner = planner_, plan = form.plan, dragging = form.dragging,
-                                width = static_cast<double>(form.width_mm) * kMillimetre](Progress&) {
-    computed->findings = planner->findings(plan);
-    if (!dragging) computed->planes = planner->planes(plan, width);
-    for (std::size_t i = 0; i < computed->planes.size(); ++i)
-      computed->pictures[i] = planner->picture(computed->planes[i], plan, kPlanSectionPixels);
-  });
+  preview_.begin(
+      [planner = form.planner, plan = form.plan, dragging = form.dragging, planes = form.planes,
+       width = static_cast<double>(form.width_mm) * kMillimetre](Progress& progress) {
+        Planned planned{planner->findings(plan), dragging ? planes : planner->planes(plan, width), {}};
+        for (const SectionPlane& plane : planned.planes) {
+          progress.at(0);
+          planned.pictures.push_back(planner->picture(plane, plan, kPlanSectionPixels));
+        }
+        return planned;
+      },
+      [&form, drags = form.drags](const Planned& planned) {
+        if (form.drags != drags) return false;  // a drag has begun since, and the planes must not move under it
+        form.findings = planned.findings;
+        form.planes = planned.planes;
+        return true;
+      });
   return finished;
 }
 
-void PlanDesk::destroy() {
-  s_.plan.pictures = {};
-  pictures_.clear();
-}
-
 void PlanDesk::close() {
-  destroy();
-  job_.reset();
-  planner_.reset();
-  failed_ = false;
+  preview_.close();
   s_.plan = {};
 }
 

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
-#include "engine/app/operator/state.h"
 #include "engine/app/operator/widgets.h"
 #include "engine/base/units.h"
 
@@ -22,36 +22,27 @@ constexpr double kToothMargin = 1.5e-3;  // m, usual safety distance between imp
 constexpr std::size_t kLevel = 2;
 constexpr std::array kPlanTitles{"op.plan_across", "op.plan_along", "op.plan_level"};
 
-/// Position of the point p_W in the section's picture, as a fraction of width and height, from the top left corner.
-glm::dvec2 fraction_of(const SectionPlane& plane, const dvec3& p_W) {
-  const dvec3 from = p_W - plane.center_W;
-  return {0.5 + glm::dot(from, plane.right_W) / plane.width, 0.5 - glm::dot(from, plane.up_W) / plane.height};
-}
-
 /// Dragging the apex tilts the implant, dragging elsewhere moves it; the wheel moves the implant along its axis.
-void follow_mouse_of_plan(PlanForm& form, const SectionPlane& plane, bool level, ImVec2 at, float size, float near) {
+void follow_mouse_of_plan(PlanForm& form, const SectionView& view, bool level, float near) {
   const ImGuiIO& io = ImGui::GetIO();
-  const auto on_screen = [&](const dvec3& p_W) {
-    const glm::dvec2 f = fraction_of(plane, p_W);
-    return ImVec2{at.x + static_cast<float>(f.x) * size, at.y + static_cast<float>(f.y) * size};
-  };
   session::ImplantPlan& plan = form.plan;
-  const ImVec2 apex = on_screen(plan.apex_W()), platform = on_screen(plan.entry_W);
+  const ImVec2 apex = view.screen(plan.apex_W()), platform = view.screen(plan.entry_W);
   ImDrawList* draw = ImGui::GetWindowDrawList();
   draw->AddCircle(platform, 0.35f * near, ImGui::GetColorU32(kGood), 0, 2);
   if (!level) draw->AddCircle(apex, 0.35f * near, ImGui::GetColorU32(kWarn), 0, 2);
   if (ImGui::IsItemActivated())
     form.tilting = !level && std::hypot(io.MousePos.x - apex.x, io.MousePos.y - apex.y) < near;
   if (ImGui::IsItemActive() && (io.MouseDelta.x != 0 || io.MouseDelta.y != 0)) {
-    const dvec3 move = static_cast<double>(io.MouseDelta.x / size) * plane.width * plane.right_W -
-                       static_cast<double>(io.MouseDelta.y / size) * plane.height * plane.up_W;
+    const dvec3 move =
+        view.length(io.MouseDelta.x) * view.plane.right_W - view.length(io.MouseDelta.y) * view.plane.up_W;
     if (form.tilting) {
       const dvec3 axis = plan.apex_W() + move - plan.entry_W;
       if (glm::length(axis) > 0.2 * plan.length) plan.axis_W = glm::normalize(axis);
     } else {
       plan.entry_W += move;
     }
-    form.dragging = form.changed = true;
+    if (!std::exchange(form.dragging, true)) ++form.drags;
+    form.changed = true;
   }
   if (ImGui::IsItemDeactivated() && form.dragging) {
     form.dragging = form.tilting = false;
@@ -65,8 +56,9 @@ void follow_mouse_of_plan(PlanForm& form, const SectionPlane& plane, bool level,
 
 void draw_section_of_plan(OperatorState& s, InterfaceWindow& w, std::size_t i, float size) {
   PlanForm& form = s.plan;
-  titled_picture(s, w, kPlanTitles[i], form.pictures[i], form.drawn, size,
-                 [&](ImVec2 at) { follow_mouse_of_plan(form, form.planes[i], i == kLevel, at, size, w.style().unit); });
+  titled_picture(s, w, kPlanTitles[i], form.pictures, i, size, [&](ImVec2 at) {
+    follow_mouse_of_plan(form, {form.planes[i], at, size}, i == kLevel, w.style().unit);
+  });
 }
 
 /// Draws number fields for three coordinates, mm.
@@ -108,7 +100,7 @@ void draw_findings(OperatorState& s) {
 
 void draw_side_of_plan(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   PlanForm& form = s.plan;
-  begin_panel("plan", s.text("op.plan"), size, w);
+  const PagePanel panel("plan", s.text("op.plan"), size, w);
   if (choice("##procedure", form.procedure, 0, static_cast<int>(form.procedures.size()),
              [&](int i) { return form.procedures[static_cast<std::size_t>(i)].name; }))
     form.changed = true;
@@ -134,7 +126,6 @@ void draw_side_of_plan(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   text_field("##name", s.text("op.exercise_name"), form.name);
   ask_button(s, Ask::kSavePlan, s.text("op.plan_save"), {-1, 0}, !s.busy && form.findings.fits() && form.name[0] != 0,
              true);
-  end_panel();
 }
 
 }  // namespace
@@ -142,23 +133,18 @@ void draw_side_of_plan(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 void draw_plan_page(OperatorState& s, InterfaceWindow& w) {
   const float u = w.style().unit;
   const ImVec2 body = begin_titled_page(s.text("op.plan"), w), gap = ImGui::GetStyle().ItemSpacing;
-  const float height = body.y, side = std::max(0.3f * body.x, 20 * u);
+  if (!s.plan.planner) return end_empty_page(s, w, body);
+  // Arranges three squares: two large ones above a smaller one.
+  const float height = body.y, side = std::max(0.3f * body.x, 20 * u), captions = 2 * (1.4f * u + gap.y) + gap.y;
+  const float large = std::min((body.x - side - 2 * gap.x) / 2, 0.62f * (height - captions));
   begin_column("sections", {body.x - side - gap.x, height});
-  if (s.plan.ready) {
-    // Arranges three squares: two large ones above a smaller one.
-    const float captions = 2 * (1.4f * u + gap.y) + gap.y;
-    const float large = std::min((body.x - side - 2 * gap.x) / 2, 0.62f * (height - captions));
-    draw_section_of_plan(s, w, 0, large);
-    ImGui::SameLine();
-    draw_section_of_plan(s, w, 1, large);
-    draw_section_of_plan(s, w, 2, height - captions - large);
-  }
+  draw_section_of_plan(s, w, 0, large);
+  ImGui::SameLine();
+  draw_section_of_plan(s, w, 1, large);
+  draw_section_of_plan(s, w, 2, height - captions - large);
   ImGui::EndChild();
   ImGui::SameLine();
-  if (s.plan.ready)
-    draw_side_of_plan(s, w, {side, height});
-  else
-    ImGui::Dummy({side, height});
+  draw_side_of_plan(s, w, {side, height});
   end_titled_page(s, w);
 }
 

@@ -26,20 +26,15 @@ std::string target_text(const OperatorState& s, const session::ScoreItem& item) 
 }
 
 void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
-  begin_panel("items", s.text("items"), size, w);
-  if (!s.outcome.scored)
-    dim_wrapped(s.busy ? "…" : s.text("op.no_score"));
-  else if (s.outcome.score.items.empty())
-    dim_wrapped(s.text("op.no_score"));
-  if (s.outcome.scored && !s.outcome.score.items.empty() &&
-      ImGui::BeginTable("items", 4,
-                        ImGuiTableFlags_RowBg | ImGuiTableFlags_BordersInnerH | ImGuiTableFlags_SizingStretchProp)) {
-    ImGui::TableSetupColumn(s.text("item"), 0, 3);
-    ImGui::TableSetupColumn(s.text("value"), 0, 1.3f);
-    ImGui::TableSetupColumn(s.text("target"), 0, 1.3f);
-    ImGui::TableSetupColumn(s.text("points"), 0, 1);
-    ImGui::TableHeadersRow();
-    for (const session::ScoreItem& item : s.outcome.score.items) {
+  const PagePanel panel("items", s.text("items"), size, w);
+  const session::Score* score = s.outcome.result ? &s.outcome.result->score : nullptr;
+  if (!score || score->items.empty()) {
+    dim_wrapped(!score && s.busy ? "…" : s.text("op.no_score"));
+  } else if (begin_table(
+                 "items",
+                 {{s.text("item"), 3}, {s.text("value"), 1.3f}, {s.text("target"), 1.3f}, {s.text("points"), 1}},
+                 ImGuiTableFlags_BordersInnerH)) {
+    for (const session::ScoreItem& item : score->items) {
       ImGui::TableNextRow();
       ImGui::TableNextColumn();
       ImGui::TextUnformatted(s.text(fmt::format("score.{}", item.name)));
@@ -50,20 +45,17 @@ void draw_items(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       dim(item.full > 0 ? target_text(s, item) : s.text("not_counted"));
       ImGui::TableNextColumn();
       if (item.full > 0) {
-        ImGui::PushStyleColor(ImGuiCol_Text, score_color(item.points / item.full, s.outcome.score.pass));
         // Marks a missed item of the score with ✗, because colour-blind users may not see the colour.
-        const char* cross = s.outcome.score.missed(item) ? "✗ " : "";
-        ImGui::TextUnformatted(fmt::format("{}{} / {}", cross, s.number(session::printed_points(item.points), 1),
-                                           s.number(session::printed_points(item.full), 1))
-                                   .c_str());
-        ImGui::PopStyleColor();
+        colored(
+            fmt::format("{}{} / {}", score->missed(item) ? "✗ " : "", s.number(session::printed_points(item.points), 1),
+                        s.number(session::printed_points(item.full), 1)),
+            score_color(item.points / item.full, score->pass));
       } else {
         dim("–");
       }
     }
     ImGui::EndTable();
   }
-  end_panel();
 }
 
 /// Draws the fields of a rule: whether it counts, target, tolerance, weight.
@@ -97,11 +89,10 @@ void draw_rule(OperatorState& s, RuleChoice& rule) {
   ImGui::PopID();
 }
 
-/// Draws the form that saves the author's work as an exercise.
 void draw_exercise_form(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
   ExerciseForm& f = s.exercise;
-  begin_panel("exercise", s.text("op.new_exercise"), size, w);
+  const PagePanel panel("exercise", s.text("op.new_exercise"), size, w);
   dim_wrapped(s.text("op.new_exercise_help"));
   if (std::exchange(f.fresh, false)) ImGui::SetKeyboardFocusHere();
   text_field("##name", s.text("op.exercise_name"), f.name);
@@ -125,15 +116,13 @@ void draw_exercise_form(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   }
   const ImVec2 room = ImGui::GetContentRegionAvail();
   const float button = ImGui::GetFrameHeightWithSpacing();
-  if (ImGui::BeginTable("rules", 5, ImGuiTableFlags_RowBg | ImGuiTableFlags_ScrollY | ImGuiTableFlags_SizingStretchProp,
-                        {0, std::max(room.y - button - 0.5f * u, 6 * u)})) {
-    ImGui::TableSetupScrollFreeze(0, 1);
-    ImGui::TableSetupColumn(s.text("op.counts"), 0, 3);
-    ImGui::TableSetupColumn(s.text("target"), 0, 1.5f);
-    ImGui::TableSetupColumn(s.text("op.tolerance"), 0, 0.9f);
-    ImGui::TableSetupColumn(s.text("op.weight"), 0, 0.9f);
-    ImGui::TableSetupColumn("", 0, 0.5f);
-    ImGui::TableHeadersRow();
+  if (begin_table("rules",
+                  {{s.text("op.counts"), 3},
+                   {s.text("target"), 1.5f},
+                   {s.text("op.tolerance"), 0.9f},
+                   {s.text("op.weight"), 0.9f},
+                   {"", 0.5f}},
+                  ImGuiTableFlags_ScrollY, {0, std::max(room.y - button - 0.5f * u, 6 * u)})) {
     ImGui::PushFont(w.style().small);
     for (RuleChoice& rule : f.rules) draw_rule(s, rule);
     ImGui::PopFont();
@@ -141,43 +130,37 @@ void draw_exercise_form(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   }
   const bool can = !s.busy && f.name[0] != 0 && (f.ideal != IdealFrom::kMesh || f.mesh[0] != 0);
   ask_button(s, Ask::kSaveExercise, s.text("op.save_exercise"), {0, 0}, can, true);
-  end_panel();
 }
 
-/// Draws the result's picture, scaled to fit the panel.
 void draw_result_picture(OperatorState& s, InterfaceWindow& w) {
-  if (!s.result_picture) return;
+  if (!s.outcome.result || s.result_pictures.empty()) return;
+  const gpu::Image& picture = s.result_pictures.front();
   const ImVec2 room = ImGui::GetContentRegionAvail();
   const float caption = 1.4f * w.style().unit;
-  const auto pixels = s.result_picture->options.size;
+  const auto pixels = picture.options.size;
   const float aspect = static_cast<float>(pixels.width) / static_cast<float>(pixels.height);
   const float width = std::min(room.x, (room.y - caption) * aspect);
   if (width < 6 * w.style().unit) return;
-  ImGui::Image(w.texture(*s.result_picture), {width, width / aspect});
+  ImGui::Image(w.texture(picture), {width, width / aspect});
   ImGui::PushFont(w.style().small);
-  const std::string what = s.outcome.compared ? fmt::format("{}: {}", s.text("difference"), s.text("op.red_and_blue"))
-                                              : std::string(s.text("form"));
-  ImGui::PushStyleColor(ImGuiCol_Text, kDim);
-  one_line(what, room.x);
-  ImGui::PopStyleColor();
+  const std::string what = s.outcome.result->compared
+                               ? fmt::format("{}: {}", s.text("difference"), s.text("op.red_and_blue"))
+                               : std::string(s.text("form"));
+  one_line(what, room.x, kDim);
   ImGui::PopFont();
 }
 
 void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const WorkbenchSummary& r = s.outcome.summary;
-  begin_panel("summary", s.text("result"), size, w);
+  const PagePanel panel("summary", s.text("result"), size, w);
   ImGui::PushFont(w.style().large);
-  const bool scored = s.outcome.scored && s.outcome.score.full > 0;
-  if (!s.outcome.scored && s.busy && !s.author) ImGui::TextUnformatted("…");
-  const session::Score& score = s.outcome.score;
-  if (scored) {
-    ImGui::PushStyleColor(ImGuiCol_Text, score.passed() ? kGood : kBad);
-    ImGui::TextUnformatted(
-        s.words("points_of", s.number(session::printed_points(score.points), 1), s.number(score.full, 0)).c_str());
-    ImGui::PopStyleColor();
-  }
+  const session::Score none, &score = s.outcome.result ? s.outcome.result->score : none;
+  if (!s.outcome.result && s.busy && !s.author) ImGui::TextUnformatted("…");
+  if (score.full > 0)
+    colored(s.words("points_of", s.number(session::printed_points(score.points), 1), s.number(score.full, 0)),
+            score.passed() ? kGood : kBad);
   ImGui::PopFont();
-  if (scored) {
+  if (score.full > 0) {
     colored(s.text(score.passed() ? "passed" : "not_passed"), score.passed() ? kGood : kBad);
     for (const session::ScoreItem& item : score.items)
       if (item.critical) colored_wrapped(s.words("critical_error", s.text("score." + item.name)), kBad);
@@ -194,18 +177,36 @@ void draw_summary(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   row(s.text("op.servo_p999"), fmt::format("{} µs", s.number(r.tick_us_p999, 1)));
   row(s.text("op.missed"), fmt::format("{}", r.deadline_misses), r.deadline_misses ? &kWarn : nullptr);
   ImGui::Separator();
-  if (!s.outcome.failure.empty()) {
-    colored_wrapped(s.outcome.failure, kBad);
-  }
-  draw_school_message(s);
+  if (!s.outcome.failure.empty()) colored_wrapped(s.outcome.failure, kBad);
+  message(s.school.message);
   if (!s.outcome.recording.empty()) {
-    ImGui::PushFont(w.style().small);
-    dim_wrapped(s.outcome.recording.string());
-    if (!s.outcome.report.empty()) dim_wrapped(s.outcome.report.string());
-    ImGui::PopFont();
+    note(s.outcome.recording.string(), w);
+    if (!s.outcome.report.empty()) note(s.outcome.report.string(), w);
   }
   draw_result_picture(s, w);
-  end_panel();
+}
+
+void draw_checks(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  const PagePanel panel("findings", nullptr, size, w);
+  busy_bar(s, 0.5f * ImGui::GetWindowWidth());
+  if (!s.findings.empty() &&
+      ImGui::BeginTable("findings", 3, ImGuiTableFlags_BordersInnerH | ImGuiTableFlags_SizingStretchProp)) {
+    ImGui::TableSetupColumn("state", ImGuiTableColumnFlags_WidthFixed, 6 * w.style().unit);
+    ImGui::TableSetupColumn("name", 0, 1);
+    ImGui::TableSetupColumn("found", 0, 3);
+    for (const DoctorFinding& f : s.findings) {
+      ImGui::TableNextRow();
+      ImGui::TableNextColumn();
+      colored(s.text(fmt::format("op.state_{}", name_of(f.state))), severity_color(f.severity()));
+      ImGui::TableNextColumn();
+      wrapped(f.name);
+      ImGui::TableNextColumn();
+      wrapped(f.found);
+      if (!f.without.empty()) dim_wrapped(f.without);
+      if (!f.mend.empty()) dim_wrapped(fmt::format("{}: {}", s.text("op.mend"), f.mend));
+    }
+    ImGui::EndTable();
+  }
 }
 
 }  // namespace
@@ -252,27 +253,7 @@ void draw_doctor_page(OperatorState& s, InterfaceWindow& w) {
   title(s.text("op.check_computer"), w);
   const float foot = 3.2f * u;
   const ImVec2 room = ImGui::GetContentRegionAvail();
-  begin_panel("findings", nullptr, {0, room.y - foot - ImGui::GetStyle().ItemSpacing.y}, w);
-  if (s.busy) busy_bar(s, 0.5f * room.x);
-  if (!s.findings.empty() &&
-      ImGui::BeginTable("findings", 3, ImGuiTableFlags_BordersInnerH | ImGuiTableFlags_SizingStretchProp)) {
-    ImGui::TableSetupColumn("state", ImGuiTableColumnFlags_WidthFixed, 6 * u);
-    ImGui::TableSetupColumn("name", 0, 1);
-    ImGui::TableSetupColumn("found", 0, 3);
-    for (const DoctorFinding& f : s.findings) {
-      ImGui::TableNextRow();
-      ImGui::TableNextColumn();
-      colored(s.text(fmt::format("op.state_{}", name_of(f.state))), severity_color(f.severity()));
-      ImGui::TableNextColumn();
-      wrapped(f.name);
-      ImGui::TableNextColumn();
-      wrapped(f.found);
-      if (!f.without.empty()) dim_wrapped(f.without);
-      if (!f.mend.empty()) dim_wrapped(fmt::format("{}: {}", s.text("op.mend"), f.mend));
-    }
-    ImGui::EndTable();
-  }
-  end_panel();
+  draw_checks(s, w, {0, room.y - foot - ImGui::GetStyle().ItemSpacing.y});
   ask_button(s, Ask::kToStart, s.text("op.to_start"), {0, foot - 0.4f * u});
   if (key(keys::kEscape)) s.ask(Ask::kToStart);
   page_shortcuts(s);
@@ -300,7 +281,6 @@ void draw_help(OperatorState& s, InterfaceWindow& w) {
                                      std::pair{"F C X D", "op.key_views"},     std::pair{",  .", "op.key_plane"},
                                      std::pair{"Ctrl 1 … 9", "op.key_shown"},  std::pair{"V", "op.key_own_view"},
                                      std::pair{"I J K L  U O", "op.key_turn"}, std::pair{"P", "op.key_paint"}};
-    // Lists all keyboard shortcuts of pages, lists and sessions, in two columns.
     std::vector<std::pair<std::string, const char*>> left, right;
     for (const Shortcut& one : kShortcuts)
       if (one.does[0] != Ask::kSchool || s.school.set_up) left.emplace_back(one.name, one.help.data());

@@ -1,136 +1,128 @@
 #include "engine/app/operator/scan_desk.h"
 
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <string>
 #include <utility>
 
 #include "engine/app/operator/scene_works.h"
-#include "engine/base/error.h"
 #include "engine/base/log.h"
-#include "engine/base/units.h"
 
 namespace typodont {
 
 namespace {
 constexpr int kScanPixels = 384;  // pixels, side of a section's picture
 
+struct DrawnSections {
+  ScanPlanes planes;
+  std::vector<render::Picture> pictures;
+};
+
 haptics::Imported labels_of(const haptics::ScanVolume& scan, const LabelRequest& request, Progress& progress) {
   haptics::ImportOptions options = request.options;
   options.progress = [&](double done) { progress.at(done); };
   return scan.import(options);
 }
+
+void take_labels(ScanForm& form, const LabelRequest& request, haptics::Imported labels) {
+  form.change([request, labels = std::move(labels)](ScanReview& review) mutable {
+    review.take(request, std::move(labels));
+    log::info("labels computed: {}", request.detail == LabelDetail::kFull ? "full" : "coarse");
+  });
+}
 }  // namespace
 
 void ScanDesk::open() {
   close();
-  s_.page = Page::kScan;
-  s_.say("");
+  s_.open(Page::kScan);
   if (s_.import.name[0] == 0) propose_name(s_);
   work_.make(
       [tooth = tooth_of(s_.import)](Progress& progress) {
         progress.stage("op.loading", 0, 1);
         const auto scan = std::make_shared<const haptics::ScanVolume>(tooth.input, tooth.options);
-        auto loaded = std::make_unique<ScanReview>(scan);
+        auto loaded = std::make_shared<ScanReview>(scan);
         progress.at(1);
         return loaded;
       },
-      [this](std::unique_ptr<ScanReview> loaded) {
-        review_ = std::move(loaded);
-        s_.scan.review = review_.get();
-        s_.import.preset = static_cast<int>(review_->preset());
+      [this](std::shared_ptr<ScanReview> loaded) {
+        s_.scan.review = std::move(loaded);
+        s_.import.preset = static_cast<int>(s_.scan.review->preset());
         s_.say(s_.text("op.scan_help"));
-        const haptics::ScanVolume& scan = *review_->scan();
+        const haptics::ScanVolume& scan = *s_.scan.review->scan();
         const dvec3 size = (scan.hi() - scan.lo()) / scan.spacing();
         log::info("scan read: {}, {:.0f} x {:.0f} x {:.0f} voxels", scan.format(), size.x + 1, size.y + 1, size.z + 1);
       },
-      [this] { s_.page = Page::kArchive; });
+      [this](const std::exception&) {
+        s_.page = Page::kArchive;
+        throw;
+      });
 }
 
 void ScanDesk::begin_coarse(const LabelRequest& request) {
-  coarse_ = std::make_shared<Computed>(Computed{request, std::nullopt});
-  job_ = std::make_unique<Job>([computed = coarse_, scan = review_->scan()](Progress& progress) {
-    computed->labels = labels_of(*scan, computed->request, progress);
-  });
+  coarse_.make(
+      [request, scan = s_.scan.review->scan()](Progress& progress) { return labels_of(*scan, request, progress); },
+      [this, request](haptics::Imported labels) { take_labels(s_.scan, request, std::move(labels)); },
+      [this, request](const std::exception& e) {
+        s_.scan.change([request](ScanReview& review) { review.give_up(request); });
+        s_.fail(e.what());
+      });
 }
 
 void ScanDesk::begin_full(const LabelRequest& request) {
-  full_ = request;
+  full_ = request.revision;
   s_.say("");
   work_.make(
-      [request, scan = review_->scan()](Progress& progress) {
+      [request, scan = s_.scan.review->scan()](Progress& progress) {
         progress.stage("op.scan_labelling", 0, 1);
         return labels_of(*scan, request, progress);
       },
       [this, request](haptics::Imported labels) {
         full_.reset();
-        if (!review_) return;
-        review_->take(request, std::move(labels));
-        log::info("labels computed: full");
+        take_labels(s_.scan, request, std::move(labels));
       },
-      [this, request] {
+      [this, request](const std::exception&) {
         full_.reset();
-        if (review_) review_->give_up(request);
+        s_.scan.change([request](ScanReview& review) { review.give_up(request); });
+        throw;
       });
 }
 
 bool ScanDesk::look() {
-  if (!review_ || s_.page != Page::kScan) return false;
-  bool changed = false;
-  if (job_ && job_->done()) {
-    if (coarse_->labels) {
-      review_->take(coarse_->request, std::move(*coarse_->labels));
-      log::info("labels computed: coarse");
-    } else {
-      review_->give_up(coarse_->request);
-      try {
-        std::rethrow_exception(job_->failure());
-      } catch (const Cancelled&) {
-      } catch (const std::exception& e) {
-        s_.fail(e.what());
-      }
-    }
-    job_.reset();
-    coarse_.reset();
-    changed = true;
+  ScanForm& form = s_.scan;
+  if (s_.page != Page::kScan || !form.review) return false;
+  const bool drawn = preview_.look(), labelled = coarse_.look(), finished = drawn || labelled;
+  if (preview_.under_way()) return finished;
+  ScanReview& review = *form.review;
+  for (const auto& change : std::exchange(form.changes, {})) change(review);
+  if (const std::optional<LabelRequest> wanted = review.request()) {
+    if (full_ && wanted->revision != *full_) work_.cancel();
+    if (wanted->detail == LabelDetail::kCoarse && !coarse_.under_way()) begin_coarse(*wanted);
+    if (wanted->detail == LabelDetail::kFull && !coarse_.under_way() && !work_.under_way()) begin_full(*wanted);
   }
-  const std::optional<LabelRequest> wanted = review_->request();
-  if (full_ && wanted && wanted->revision != full_->revision) work_.cancel();
-  if (!wanted || job_) return changed;
-  if (wanted->detail == LabelDetail::kCoarse)
-    begin_coarse(*wanted);
-  else if (!work_.under_way())
-    begin_full(*wanted);
-  return changed;
-}
-
-void ScanDesk::follow() {
-  if (s_.page != Page::kScan || !review_ || (drawn_ == review_->changes() && !pictures_.empty())) return;
-  destroy();
-  s_.scan.planes = review_->planes();
-  for (const SectionPlane& plane : s_.scan.planes) pictures_.add(review_->picture(plane, kScanPixels));
-  pictures_.list(s_.scan.pictures);
-  drawn_ = review_->changes();
-  ++s_.scan.drawn;
+  if (!preview_.due(drawn_ != review.changes())) return finished;
+  drawn_ = review.changes();
+  preview_.begin(
+      [review = form.review](Progress& progress) {
+        DrawnSections sections{review->planes(), {}};
+        for (const SectionPlane& plane : sections.planes) {
+          progress.at(0);
+          sections.pictures.push_back(review->picture(plane, kScanPixels));
+        }
+        return sections;
+      },
+      [&form](const DrawnSections& sections) {
+        form.planes = sections.planes;
+        return true;
+      });
+  return finished;
 }
 
 void ScanDesk::import(Choices& choices) {
-  if (review_) import_reviewed(s_, work_, choices, *review_);
-}
-
-void ScanDesk::destroy() {
-  s_.scan.pictures = {};
-  pictures_.clear();
+  s_.scan.change([this, &choices](const ScanReview& review) { import_reviewed(s_, work_, choices, review); });
 }
 
 void ScanDesk::close() {
-  destroy();
-  job_.reset();
-  coarse_.reset();
+  preview_.close();
+  coarse_.drop();
   full_.reset();
   s_.scan = {};
-  review_.reset();
 }
 
 }  // namespace typodont

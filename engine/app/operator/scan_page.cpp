@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 
-#include "engine/app/operator/state.h"
 #include "engine/app/operator/widgets.h"
 #include "engine/base/units.h"
 
@@ -27,60 +26,46 @@ ImU32 color_of(const glm::dvec3& rgb) {
   return IM_COL32(static_cast<int>(rgb.x), static_cast<int>(rgb.y), static_cast<int>(rgb.z), 255);
 }
 
-/// Colour in which the page shows labels of this kind.
 glm::dvec3 kind_color(haptics::LabelKind kind) {
   constexpr std::array kTissues{Tissue::kCorticalBone, Tissue::kDentin, Tissue::kAmalgam, Tissue::kPulp};
   return kind == haptics::LabelKind::kNothing ? glm::dvec3(235) : label_color(kTissues[static_cast<std::size_t>(kind)]);
 }
 
-/// Position, size and plane of one section on the screen.
-struct SliceView {
-  const SectionPlane& plane;
-  ImVec2 at;
-  float size;
-
-  dvec3 point(ImVec2 screen) const { return plane.at(dvec2((screen.x - at.x) / size, (screen.y - at.y) / size)); }
-  ImVec2 screen(const dvec3& p_F) const {
-    const dvec3 from = p_F - plane.center_W;
-    return {at.x + static_cast<float>(0.5 + glm::dot(from, plane.right_W) / plane.width) * size,
-            at.y + static_cast<float>(0.5 - glm::dot(from, plane.up_W) / plane.height) * size};
-  }
-  // Length of this many pixels in the section, m.
-  double length(float pixels) const { return static_cast<double>(pixels / size) * plane.width; }
-  float pixels(double length) const { return static_cast<float>(length / plane.width) * size; }
-};
-
-/// Paints labels along the path of the mouse.
 void paint(ScanForm& form, const dvec3& from_F, const dvec3& to_F, bool joins) {
   haptics::LabelStroke stroke;
   stroke.kind = static_cast<haptics::LabelKind>(form.kind);
   stroke.path = {from_F, to_F};
   stroke.radius = static_cast<double>(form.radius_mm) * kMillimetre;
   stroke.only_tissue = form.only_tissue;
-  form.review->correct(stroke, joins);
+  form.change([stroke, joins](ScanReview& review) { review.correct(stroke, joins); });
 }
 
 /// Left button: drags an edge or the crosshair, or uses the tool. Right button: moves the crosshair. Wheel: changes the
 /// slice; with Ctrl: the width of the shown section.
-void follow_mouse_of_scan(OperatorState& s, std::size_t i, const SliceView& view, float grip) {
+void follow_mouse_of_scan(OperatorState& s, std::size_t i, const SectionView& view, float grip) {
   ScanForm& form = s.scan;
-  ScanReview& review = *form.review;
+  const ScanReview& review = *form.review;
   const ImGuiIO& io = ImGui::GetIO();
   const dvec3 p_F = view.point(io.MousePos);
+  const auto look_at_mouse = [&] { form.change([p_F](ScanReview& r) { r.look_at(p_F); }); };
+  const auto set_dragging = [&](bool dragging) {
+    form.change([dragging](ScanReview& r) { r.set_dragging(dragging); });
+  };
   const glm::ivec3 near = form.tool == ScanTool::kLook ? review.walls_at(i, p_F, view.length(grip)) : glm::ivec3(0);
   if (ImGui::IsItemHovered()) {
     if (near != glm::ivec3(0)) ImGui::SetMouseCursor(ImGuiMouseCursor_ResizeAll);
     if (io.MouseWheel != 0) {
+      const double wheel = static_cast<double>(io.MouseWheel);
       if (io.KeyCtrl)
-        review.set_width(review.width() * std::pow(kScanZoom, static_cast<double>(-io.MouseWheel)));
+        form.change([wheel](ScanReview& r) { r.set_width(r.width() * std::pow(kScanZoom, -wheel)); });
       else
-        review.scroll(i, static_cast<int>(std::lround(io.MouseWheel)));
+        form.change([i, wheel](ScanReview& r) { r.scroll(i, static_cast<int>(std::lround(wheel))); });
     }
-    if (ImGui::IsMouseDown(ImGuiMouseButton_Right)) review.look_at(p_F);
+    if (ImGui::IsMouseDown(ImGuiMouseButton_Right)) look_at_mouse();
   }
   if (ImGui::IsItemActivated()) {
     form.walls = near;
-    review.set_dragging(near != glm::ivec3(0));
+    set_dragging(near != glm::ivec3(0));
     form.mouse_F = p_F;
     if (form.tool == ScanTool::kBrush && review.can_correct()) paint(form, p_F, p_F, false);
     if (form.tool == ScanTool::kSeed && review.can_correct()) {
@@ -89,7 +74,7 @@ void follow_mouse_of_scan(OperatorState& s, std::size_t i, const SliceView& view
       seed.point = p_F;
       seed.reach = static_cast<double>(form.reach_mm) * kMillimetre;
       seed.tolerance = static_cast<double>(form.tolerance);
-      review.correct(seed);
+      form.change([seed](ScanReview& r) { r.correct(seed); });
     }
   }
   if (ImGui::IsItemHovered() && ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left) && form.tool == ScanTool::kLook)
@@ -97,22 +82,22 @@ void follow_mouse_of_scan(OperatorState& s, std::size_t i, const SliceView& view
   const bool moved = io.MouseDelta.x != 0 || io.MouseDelta.y != 0;
   if (ImGui::IsItemActive()) {
     if (form.walls != glm::ivec3(0)) {
-      if (moved) review.move_walls(form.walls, p_F);
+      if (moved) form.change([walls = form.walls, p_F](ScanReview& r) { r.move_walls(walls, p_F); });
     } else if (form.tool == ScanTool::kLook) {
-      if (moved || ImGui::IsItemActivated()) review.look_at(p_F);
+      if (moved || ImGui::IsItemActivated()) look_at_mouse();
     } else if (form.tool == ScanTool::kBrush && moved && review.can_correct()) {
       paint(form, form.mouse_F, p_F, true);
       form.mouse_F = p_F;
     }
   }
   if (ImGui::IsItemDeactivated()) {
-    review.set_dragging(false);
+    set_dragging(false);
     form.walls = glm::ivec3(0);
   }
 }
 
 /// Draws the region's box, the crosshair, the brush, and the letters that name the patient's sides.
-void draw_marks(OperatorState& s, std::size_t i, const SliceView& view, bool hovered) {
+void draw_marks(OperatorState& s, std::size_t i, const SectionView& view, bool hovered) {
   const ScanForm& form = s.scan;
   const ScanReview& review = *form.review;
   ImDrawList* draw = ImGui::GetWindowDrawList();
@@ -143,8 +128,8 @@ void draw_marks(OperatorState& s, std::size_t i, const SliceView& view, bool hov
 
 void draw_section_of_scan(OperatorState& s, InterfaceWindow& w, std::size_t i, float size) {
   ScanForm& form = s.scan;
-  titled_picture(s, w, kScanTitles[i], form.pictures[i], form.drawn, size, [&](ImVec2 at) {
-    const SliceView view{form.planes[i], at, size};
+  titled_picture(s, w, kScanTitles[i], form.pictures, i, size, [&](ImVec2 at) {
+    const SectionView view{form.planes[i], at, size};
     const bool hovered = ImGui::IsItemHovered();
     follow_mouse_of_scan(s, i, view, kGrip * w.style().unit);
     draw_marks(s, i, view, hovered);
@@ -167,8 +152,10 @@ void edit_region(ScanForm& form) {
                             ImGuiInputTextFlags_EnterReturnsTrue)) {
       region.lo[a] = origin[a] + mm[0] * kMillimetre;
       region.hi[a] = origin[a] + mm[1] * kMillimetre;
-      form.review->set_region(region);
-      form.review->want_full();
+      form.change([region](ScanReview& review) {
+        review.set_region(region);
+        review.want_full();
+      });
     }
     ImGui::PopID();
   }
@@ -176,7 +163,7 @@ void edit_region(ScanForm& form) {
 
 void draw_tools(OperatorState& s) {
   ScanForm& form = s.scan;
-  ScanReview& review = *form.review;
+  const ScanReview& review = *form.review;
   const float gap = ImGui::GetStyle().ItemSpacing.x, third = (ImGui::GetContentRegionAvail().x - 2 * gap) / 3;
   for (std::size_t i = 0; i < kTools.size(); ++i) {
     if (i > 0) ImGui::SameLine();
@@ -201,13 +188,9 @@ void draw_tools(OperatorState& s) {
   }
   if (!review.can_correct()) dim_wrapped(s.text("op.scan_needs_full"));
   const float half = 0.5f * (ImGui::GetContentRegionAvail().x - gap);
-  ImGui::BeginDisabled(!review.can_undo());
-  if (ImGui::Button(s.text("op.undo"), {half, 0})) review.undo();
-  ImGui::EndDisabled();
+  if (key_button(s.text("op.undo"), {half, 0}, review.can_undo(), false)) form.change(&ScanReview::undo);
   ImGui::SameLine();
-  ImGui::BeginDisabled(!review.can_redo());
-  if (ImGui::Button(s.text("op.redo"), {half, 0})) review.redo();
-  ImGui::EndDisabled();
+  if (key_button(s.text("op.redo"), {half, 0}, review.can_redo(), false)) form.change(&ScanReview::redo);
 }
 
 void draw_volumes(OperatorState& s) {
@@ -233,54 +216,48 @@ void draw_volumes(OperatorState& s) {
 
 void draw_side_of_scan(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ScanForm& form = s.scan;
-  ScanReview& review = *form.review;
-  begin_panel("scan", s.text("op.scan"), size, w);
+  const ScanReview& review = *form.review;
+  const PagePanel panel("scan", s.text("op.scan"), size, w);
   // The preset "arch" is missing, because it is for intraoral scans, which are meshes; meshes have their own form.
   constexpr std::array kPresets{haptics::ImportPreset::kTooth, haptics::ImportPreset::kBone,
                                 haptics::ImportPreset::kJaw};
   const std::array names{s.text("op.preset_tooth"), s.text("op.preset_bone"), s.text("op.preset_jaw")};
   int preset = static_cast<int>(std::ranges::find(kPresets, review.preset()) - kPresets.begin());
   if (choice("##preset", preset, names)) {
-    review.set_preset(kPresets[static_cast<std::size_t>(preset)]);
-    s.import.preset = static_cast<int>(review.preset());
+    const haptics::ImportPreset wanted = kPresets[static_cast<std::size_t>(preset)];
+    form.change([wanted](ScanReview& r) { r.set_preset(wanted); });
+    s.import.preset = static_cast<int>(wanted);
   }
   dim(s.text("op.scan_region"));
   edit_region(form);
   auto width = static_cast<float>(review.width() / kMillimetre);
   if (slider(s, "##width", width, 10, static_cast<float>(review.whole_width() / kMillimetre), s.text("op.plan_width"),
              0, " mm"))
-    review.set_width(static_cast<double>(width) * kMillimetre);
+    form.change([width](ScanReview& r) { r.set_width(static_cast<double>(width) * kMillimetre); });
   const bool full = review.can_correct();
-  ImGui::BeginDisabled(s.busy || full);
-  if (ImGui::Button(fmt::format("{}   4", s.text("op.scan_label")).c_str(), {-1, 0}) || (!s.busy && !full && key('4')))
-    review.want_full();
-  ImGui::EndDisabled();
+  if (key_button(fmt::format("{}   4", s.text("op.scan_label")), {-1, 0}, !s.busy && !full, key('4')))
+    form.change(&ScanReview::want_full);
   ImGui::Spacing();
   draw_tools(s);
   ImGui::Spacing();
   draw_volumes(s);
   ImGui::Spacing();
   file_field("mesh", s.text("op.fuse_file"), s.fuse.file, s.fuse.chooser, haptics::mesh_endings(), s, w);
-  ImGui::BeginDisabled(s.busy || !full || s.fuse.file[0] == 0);
-  if (ImGui::Button(fmt::format("{}   5", s.text("op.fuse_open")).c_str(), {-1, 0}) ||
-      (!s.busy && full && s.fuse.file[0] != 0 && key('5')))
-    s.ask(Ask::kFuse);
-  ImGui::EndDisabled();
+  const bool can_fuse = !s.busy && full && s.fuse.file[0] != 0;
+  if (key_button(fmt::format("{}   5", s.text("op.fuse_open")), {-1, 0}, can_fuse, key('5'))) s.ask(Ask::kFuse);
   ImGui::Spacing();
   note(s.text("op.scan_mouse"), w);
-  end_panel();
-  if (key('Z', true)) review.undo();
-  if (key('Y', true)) review.redo();
+  if (key('Z', true)) form.change(&ScanReview::undo);
+  if (key('Y', true)) form.change(&ScanReview::redo);
 }
 
 void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
-  begin_panel("import", s.text("op.exercise"), size, w);
+  const PagePanel panel("import", s.text("op.exercise"), size, w);
   text_field("##name", s.text("op.import_name"), s.import.name);
   const std::array crowns = {s.text("op.crown_up"),   s.text("op.crown_down"), s.text("op.crown_right"),
                              s.text("op.crown_left"), s.text("op.crown_back"), s.text("op.crown_front")};
   choice("##crown", s.import.crown, crowns);
   ask_button(s, Ask::kImport, s.text("op.import_do"), {-1, 0}, !s.busy && s.import.name[0] != 0, true);
-  end_panel();
 }
 
 }  // namespace
@@ -288,28 +265,24 @@ void draw_import(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 void draw_scan_page(OperatorState& s, InterfaceWindow& w) {
   const float u = w.style().unit;
   const ImVec2 body = begin_titled_page(s.text("op.scan"), w), gap = ImGui::GetStyle().ItemSpacing;
-  const float height = body.y, side = std::max(0.28f * body.x, 20 * u);
+  if (!s.scan.review) return end_empty_page(s, w, body);
+  // Arranges three square sections: a large one, and two smaller ones beside it.
+  const float height = body.y, side = std::max(0.28f * body.x, 20 * u), lower = 8.8f * u;
+  const float caption = 1.4f * u + gap.y, small = 0.5f * (height - 2 * caption - gap.y);
+  const float large = std::min(height - caption, body.x - side - small - 3 * gap.x);
+  const std::size_t first = s.scan.large, second = (first + 1) % kScanSections, third = (first + 2) % kScanSections;
   begin_column("sections", {body.x - side - gap.x, height});
-  if (s.scan.review) {
-    // Arranges three square sections: a large one, and two smaller ones beside it.
-    const float caption = 1.4f * u + gap.y, small = 0.5f * (height - 2 * caption - gap.y);
-    const float large = std::min(height - caption, body.x - side - small - 3 * gap.x);
-    const std::size_t first = s.scan.large, second = (first + 1) % kScanSections, third = (first + 2) % kScanSections;
-    draw_section_of_scan(s, w, first, large);
-    ImGui::SameLine();
-    ImGui::BeginGroup();
-    draw_section_of_scan(s, w, second, small);
-    draw_section_of_scan(s, w, third, small);
-    ImGui::EndGroup();
-  }
+  draw_section_of_scan(s, w, first, large);
+  ImGui::SameLine();
+  ImGui::BeginGroup();
+  draw_section_of_scan(s, w, second, small);
+  draw_section_of_scan(s, w, third, small);
+  ImGui::EndGroup();
   ImGui::EndChild();
   ImGui::SameLine();
   begin_column("side", {side, height});
-  if (s.scan.review) {
-    const float lower = 8.8f * u;
-    draw_side_of_scan(s, w, {0, height - lower - gap.y});
-    draw_import(s, w, {0, lower});
-  }
+  draw_side_of_scan(s, w, {0, height - lower - gap.y});
+  draw_import(s, w, {0, lower});
   ImGui::EndChild();
   end_titled_page(s, w);
 }

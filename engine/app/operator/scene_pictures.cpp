@@ -5,6 +5,7 @@
 #include "engine/base/cache.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
+#include "engine/base/temporary_folder.h"
 
 namespace typodont {
 
@@ -32,95 +33,81 @@ std::uint64_t key_of(const fs::path& scene) {
   return key.key();
 }
 
-/// Path of the scene's picture file; empty if there is none.
-fs::path picture_of(const fs::path& scene) {
+/// Draws a picture of the scene in another process, and keeps it in the cache. False: this is impossible.
+bool draw_scene(const fs::path& scene, const char* suffix, const char* size, std::string_view quality,
+                Progress& progress) {
+  const bool kept = cache::keep(folder(), key_of(scene), suffix, kMaxKept, [&](const fs::path& file) {
+    const TemporaryFolder drawn;
+    run_self({"render", scene.string(), "--eye", "left", "--size", size, "--quality", std::string(quality), "--out",
+              drawn.path().string()},
+             progress, kLowestPriority);
+    fs::copy_file(drawn.path() / "left.png", file, fs::copy_options::overwrite_existing);
+  });
+  progress.at(1);
+  return kept;
+}
+
+/// The scene's picture: the file beside the scene, or the one in the cache, which is drawn if it is missing. Empty:
+/// this is impossible.
+std::optional<render::Picture> picture_of(const fs::path& scene, Progress& progress) {
   std::error_code code;
-  const fs::path own = fs::path(scene).replace_extension(kSuffix);
-  return fs::is_regular_file(own, code) ? own : cache::find(folder(), key_of(scene), kSuffix);
+  fs::path file = fs::path(scene).replace_extension(kSuffix);
+  const auto cached = [&] { return cache::find(folder(), key_of(scene), kSuffix); };
+  if (!fs::is_regular_file(file, code)) file = cached();
+  if (file.empty() && draw_scene(scene, kSuffix, "640x480", "medium", progress)) file = cached();
+  if (file.empty()) return std::nullopt;
+  try {
+    return render::read_png(file);
+  } catch (const Error& e) {
+    log::warn("{}", e.what());
+    return std::nullopt;
+  }
 }
 
 }  // namespace
 
-ScenePictures::~ScenePictures() {
-  window_.wait_idle();
-  destroy();
-}
-
-void ScenePictures::forget() {
-  window_.wait_idle();
-  destroy();
-}
-
-void ScenePictures::destroy() {
-  for (gpu::Image& picture : s_.pictures) picture.destroy(window_.device());
-  s_.pictures.clear();
-  sought_.clear();
-}
-
 void ScenePictures::drop() {
-  job_.reset();
-  sought_.clear();
+  job_.drop();
   selected_.clear();
 }
 
-bool ScenePictures::take(SceneChoice& scene, const fs::path& picture) {
-  try {
-    s_.pictures.push_back(window_.upload(render::read_png(picture)));
-    scene.picture = static_cast<int>(s_.pictures.size()) - 1;
-    return true;
-  } catch (const Error& e) {
-    log::warn("{}", e.what());
-    return false;
-  }
-}
-
 bool ScenePictures::look() {
-  if (job_ && job_->done()) {
-    if (job_->failure() && !preparing_) failed_.insert(drawn_);
-    job_.reset();
-    sought_.clear();
+  const bool ended = job_.look();
+  const fs::path scene = s_.can_start() ? s_.selected_scene()->file : fs::path();
+  if (scene != selected_) {
+    job_.cancel();  // the work for the selected exercise is more urgent
+    selected_ = scene;
+    selected_at_ = now();
+    prepared_ = false;
   }
-  if (s_.scene < 0 || s_.scene >= std::ssize(s_.scenes)) return false;
-  SceneChoice& scene = s_.scenes[static_cast<std::size_t>(s_.scene)];
-  if (!scene.fault.empty()) return false;
-  if (scene.picture >= 0) prepare(scene.file);
-  if (scene.picture >= 0 || scene.file == sought_) return false;
-  sought_ = scene.file;
-  if (const fs::path picture = picture_of(scene.file); !picture.empty()) return take(scene, picture);
-  if (preparing_) job_.reset();  // the picture is more urgent
-  if (!job_ && !failed_.contains(scene.file)) draw(scene.file, kSuffix, "640x480", "medium");
-  return false;
+  if (scene.empty() || job_.under_way() || failed_.contains(scene)) return ended;
+  if (s_.selected_scene()->picture < 0)
+    load();
+  else if (!prepared_ && now() - selected_at_ >= kPrepareAfter)
+    prepare();
+  return ended;
 }
 
-void ScenePictures::prepare(const fs::path& scene) {
-  if (scene != selected_) selected_ = scene, selected_at_ = now();
-  if (selected_at_ == 0 || job_ || now() - selected_at_ < kPrepareAfter) return;
-  selected_at_ = 0;
-  if (!cache::find(folder(), key_of(scene), kPreparedSuffix).empty()) return;
+void ScenePictures::load() {
+  job_.make([scene = selected_](Progress& progress) { return picture_of(scene, progress); },
+            [this, scene = selected_](const std::optional<render::Picture>& picture) {
+              if (!picture) return void(failed_.insert(scene));
+              s_.pictures.push_back(window_.upload(*picture));
+              for (SceneChoice& choice : s_.scenes)
+                if (choice.file == scene) choice.picture = static_cast<int>(s_.pictures.size()) - 1;
+            },
+            [](const std::exception&) {});  // cancelled
+}
+
+void ScenePictures::prepare() {
+  prepared_ = true;
   const QualityLadder first = window_.device().processor ? QualityLadder::for_processor() : QualityLadder();
-  draw(scene, kPreparedSuffix, "64x48", first.step().name);
-  preparing_ = true;
-}
-
-void ScenePictures::draw(const fs::path& scene, const char* suffix, const char* size, std::string_view quality) {
-  drawn_ = scene;
-  preparing_ = false;
-  job_ = std::make_unique<Job>([=](Progress& progress) {
-    const bool kept = cache::keep(folder(), key_of(scene), suffix, kMaxKept, [&](const fs::path& file) {
-      struct Drawn {  // its destructor removes the folder, even after an exception
-        fs::path folder;
-        ~Drawn() {
-          std::error_code ignored;
-          fs::remove_all(folder, ignored);
-        }
-      } drawn{fs::path(file).replace_extension()};
-      run_self({"render", scene.string(), "--eye", "left", "--size", size, "--quality", std::string(quality), "--out",
-                drawn.folder.string()},
-               progress, kLowestPriority);
-      fs::rename(drawn.folder / "left.png", file);
-    });
-    if (!kept) throw RunFailure("no picture");
-  });
+  job_.begin(
+      [scene = selected_, quality = first.step().name](Progress& progress) {
+        if (cache::find(folder(), key_of(scene), kPreparedSuffix).empty())
+          draw_scene(scene, kPreparedSuffix, "64x48", quality, progress);
+      },
+      {}, [](const std::exception&) {});  // cancelled
 }
 
 }  // namespace typodont

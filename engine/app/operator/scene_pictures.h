@@ -3,7 +3,6 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <set>
 
 #include "engine/app/operator/interface_window.h"
@@ -16,34 +15,25 @@ namespace typodont {
 class ScenePictures {
  public:
   ScenePictures(OperatorState& s, InterfaceWindow& w) : s_(s), window_(w) {}
-  ~ScenePictures();
-  ScenePictures(const ScenePictures&) = delete;
-  ScenePictures& operator=(const ScenePictures&) = delete;
 
-  /// Forgets all pictures; for a new list of scenes.
-  void forget();
-  /// Destroys the pictures. The GPU must not be using them.
-  void destroy();
-  /// Loads the picture: NAME.png beside the scene, or from the cache; otherwise draws it in the background. True: it
-  /// was loaded. If the scene stays selected, fills the caches in the background. A session then starts faster.
+  /// Works for the selected exercise in the background: loads its picture (NAME.png beside the scene, or from the
+  /// cache) or draws it; then, if the exercise stays selected, fills the caches, so that a session starts faster. True:
+  /// work has ended, and the picture may be new.
   bool look();
-  /// Cancels the work in the background.
+  /// Cancels the work. The next look() begins it again.
   void drop();
 
  private:
-  bool take(SceneChoice& scene, const std::filesystem::path& picture);
-  void prepare(const std::filesystem::path& scene);
-  void draw(const std::filesystem::path& scene, const char* suffix, const char* size, std::string_view quality);
+  void load();
+  void prepare();
 
   OperatorState& s_;
   InterfaceWindow& window_;
-  std::unique_ptr<Job> job_;
-  std::filesystem::path drawn_;             // the scene for which job_ works
-  std::filesystem::path sought_;            // the scene whose picture was last searched for
-  bool preparing_ = false;                  // true: job_ only fills the caches
-  std::set<std::filesystem::path> failed_;  // scenes that could not be drawn
-  std::filesystem::path selected_;          // the scene of the last call of prepare()
-  Nanos selected_at_ = 0;                   // ns, first call of prepare() for this scene
+  std::filesystem::path selected_;          // the exercise for which job_ works
+  Nanos selected_at_ = 0;                   // ns
+  bool prepared_ = false;                   // true: the caches for `selected_` are filled, or job_ fills them
+  std::set<std::filesystem::path> failed_;  // scenes without a picture that can be loaded or drawn
+  Job job_;
 };
 
 }  // namespace typodont

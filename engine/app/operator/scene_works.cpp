@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <memory>
 #include <sstream>
 
@@ -79,11 +78,16 @@ void begin(OperatorState& s, BackgroundTask& work, Choices& choices, const char*
       });
 }
 
-/// Runs `typodont WORDS --out FILE --json` for a new scene FILE, and selects this scene. The user sees the output's
-/// text "reason", if there is one.
-void make_case_by(OperatorState& s, BackgroundTask& work, Choices& choices, std::vector<std::string> words) {
+}  // namespace
+
+void begin_case(OperatorState& s, BackgroundTask& work, Choices& choices, bool next) {
   const fs::path folder = user_folder() / "scenes", file = folder / fmt::format("case_{}.json", date_and_time());
   make_folder(folder);
+  const CaseForm& form = s.cases;
+  std::vector<std::string> words{"case",         form.families.at(static_cast<std::size_t>(form.family)).first,
+                                 "--seed",       std::to_string(form.seed),
+                                 "--difficulty", fmt::format("{:.2f}", form.difficulty)};
+  if (next) words = {"next", "--trainee", s.trainee.data(), "--language", std::string(session::tag_of(s.language))};
   words.insert(words.end(), {"--out", file.string(), "--json"});
   work.make(
       [words = std::move(words)](Progress& progress) {
@@ -96,20 +100,6 @@ void make_case_by(OperatorState& s, BackgroundTask& work, Choices& choices, std:
         s.say(reason.empty() ? fmt::format("{} {}", s.text("op.exercise_saved"), file.string()) : reason);
         log::info("case made: {}", file.string());
       });
-}
-
-}  // namespace
-
-void make_next_case(OperatorState& s, BackgroundTask& work, Choices& choices) {
-  make_case_by(s, work, choices,
-               {"next", "--trainee", s.trainee.data(), "--language", std::string(session::tag_of(s.language))});
-}
-
-void make_chosen_case(OperatorState& s, BackgroundTask& work, Choices& choices) {
-  const CaseForm& form = s.cases;
-  make_case_by(s, work, choices,
-               {"case", form.families.at(static_cast<std::size_t>(form.family)).first, "--seed",
-                std::to_string(form.seed), "--difficulty", fmt::format("{:.2f}", form.difficulty)});
 }
 
 NewTooth tooth_of(const ImportForm& form) {
@@ -206,13 +196,13 @@ void save_exercise(OperatorState& s, BackgroundTask& work, Choices& choices, Aut
       [&authored] { authored.unsaved = false; });
 }
 
-void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices,
-               std::shared_ptr<const ImplantPlanner> planner) {
+void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices) {
   const PlanForm& form = s.plan;
+  if (!form.planner) return;
   begin(
       s, work, choices, "op.exercise_saved", "plan saved",
       [name = std::string(form.name.data()), plan = form.plan,
-       procedure = form.procedures[static_cast<std::size_t>(form.procedure)], planner = std::move(planner),
+       procedure = form.procedures[static_cast<std::size_t>(form.procedure)], planner = form.planner,
        leaves = s.text("op.plan_leaves"), language = s.language](Progress& progress) {
         progress.stage("op.saving_exercise");
         // The page may show the findings of an earlier plan.

@@ -1,7 +1,6 @@
 // Makes the user's exercises in the background: from a scan, a mesh, or a scene from authoring mode. Main thread only.
 #pragma once
 
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -9,7 +8,6 @@
 #include "engine/app/operator/long_work.h"
 #include "engine/app/operator/session_desk.h"
 #include "engine/app/operator/state.h"
-#include "engine/app/planning/implant_planner.h"
 
 namespace typodont {
 
@@ -29,13 +27,13 @@ NewTooth tooth_of(const ImportForm& form);
 void import_tooth(OperatorState& s, BackgroundTask& work, Choices& choices);
 /// Imports the region of the scan with the user's corrections, and selects the new scene.
 void import_reviewed(OperatorState& s, BackgroundTask& work, Choices& choices, const ScanReview& review);
-/// Makes the next case of the trainee's path, or the case of OperatorState::cases, in another process, and selects it.
-void make_next_case(OperatorState& s, BackgroundTask& work, Choices& choices);
-void make_chosen_case(OperatorState& s, BackgroundTask& work, Choices& choices);
+/// Makes a case in another process, and selects it: the next one of the trainee's path, or that of
+/// OperatorState::cases. The user sees the reason for the next case.
+void begin_case(OperatorState& s, BackgroundTask& work, Choices& choices, bool next);
 /// Saves the exercise that OperatorState::exercise describes, and selects its scene. `authored` must outlive the work.
 void save_exercise(OperatorState& s, BackgroundTask& work, Choices& choices, Authored& authored);
 /// Saves OperatorState::plan as an exercise, and selects this exercise on the start page.
-void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices, std::shared_ptr<const ImplantPlanner> planner);
+void save_plan(OperatorState& s, BackgroundTask& work, Choices& choices);
 /// Saves the scene edited in authoring mode when the program ends. The name contains the date, so no file is replaced.
 /// Throws Error.
 std::filesystem::path keep_exercise(const OperatorState& s, const Authored& authored);

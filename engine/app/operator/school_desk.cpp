@@ -9,7 +9,7 @@
 #include "engine/app/assets.h"
 #include "engine/app/operator/child.h"
 #include "engine/app/operator/library.h"
-#include "engine/base/error.h"
+#include "engine/base/json.h"
 #include "engine/base/log.h"
 #include "engine/base/own_file.h"
 
@@ -49,21 +49,18 @@ SchoolDesk::SchoolDesk(OperatorState& s, InterfaceWindow& w, Choices& choices) :
   s_.school.set_up = fs::exists(set && *set ? fs::path(set) : user_folder() / "school.token", code);
   if (s_.school.set_up && fs::exists(sessions_folder(), code))
     ask(Kind::kSendWanted,
-        nlohmann::json{{"do", "send_wanted"}, {"folder", sessions_folder().string()}, {"program", own_file().string()}}
-            .dump());
+        {{"do", "send_wanted"}, {"folder", sessions_folder().string()}, {"program", own_file().string()}});
 }
 
-void SchoolDesk::ask(Kind kind, std::string json) {
-  questions_.push_back({kind, std::move(json)});
+void SchoolDesk::ask(Kind kind, const nlohmann::json& question) {
+  questions_.push_back({kind, question.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)});
   s_.school.busy = true;
   if (is_shown(kind)) say(s_.text(kind == Kind::kHandIn ? "op.school_sending" : "op.school_asking"));
 }
 
 void SchoolDesk::sign_in() {
   SchoolForm& form = s_.school;
-  ask(Kind::kSignIn,
-      nlohmann::json{{"do", "sign_in"}, {"name", form.name.data()}, {"password", form.password.data()}}.dump(
-          -1, ' ', false, nlohmann::json::error_handler_t::replace));
+  ask(Kind::kSignIn, {{"do", "sign_in"}, {"name", form.name.data()}, {"password", form.password.data()}});
   form.password.fill(0);
 }
 
@@ -78,8 +75,7 @@ void SchoolDesk::sign_out() {
 
 void SchoolDesk::refresh() {
   if (s_.school.student.empty()) return;
-  ask(Kind::kRefresh,
-      nlohmann::json{{"do", "me"}, {"token", token_}, {"language", session::tag_of(s_.language)}}.dump());
+  ask(Kind::kRefresh, {{"do", "me"}, {"token", token_}, {"language", session::tag_of(s_.language)}});
 }
 
 void SchoolDesk::take() {
@@ -91,20 +87,18 @@ void SchoolDesk::take() {
       if (!scene.own && scene.name == chosen.scene) return select(scene.file);
     return fail("not_open");
   }
-  ask(Kind::kTake, nlohmann::json{{"do", "take"},
-                                  {"token", token_},
-                                  {"student", s_.school.student},
-                                  {"language", session::tag_of(s_.language)},
-                                  {"number", chosen.number},
-                                  {"sealed", chosen.sealed},
-                                  {"folder", (user_folder() / "scenes").string()}}
-                       .dump());
+  ask(Kind::kTake, {{"do", "take"},
+                    {"token", token_},
+                    {"student", s_.school.student},
+                    {"language", session::tag_of(s_.language)},
+                    {"number", chosen.number},
+                    {"sealed", chosen.sealed},
+                    {"folder", (user_folder() / "scenes").string()}});
 }
 
 void SchoolDesk::announce(double seconds) {
   announced_ = seconds;
-  ask(Kind::kAnnounce, nlohmann::json{{"do", "announce"}, {"exam", s_.exam}, {"seconds", seconds}}.dump(
-                           -1, ' ', false, nlohmann::json::error_handler_t::replace));
+  ask(Kind::kAnnounce, {{"do", "announce"}, {"exam", s_.exam}, {"seconds", seconds}});
 }
 
 void SchoolDesk::hand_in(const fs::path& recording) {
@@ -113,11 +107,10 @@ void SchoolDesk::hand_in(const fs::path& recording) {
   if (recording.empty() || s_.school.student.empty() || !s_.school.hand_in) return;
   // Until the server has the recording, this file stays. So it is sent also if the window ends before.
   std::ofstream(recording.string() + ".to-hand-in");
-  ask(Kind::kHandIn, nlohmann::json{{"do", "hand_in"},
-                                    {"folder", sessions_folder().string()},
-                                    {"file", recording.string()},
-                                    {"program", own_file().string()}}
-                         .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+  ask(Kind::kHandIn, {{"do", "hand_in"},
+                      {"folder", sessions_folder().string()},
+                      {"file", recording.string()},
+                      {"program", own_file().string()}});
 }
 
 void SchoolDesk::begin() {
@@ -125,18 +118,19 @@ void SchoolDesk::begin() {
   questions_.pop_front();
   kind_ = next.kind;
   stage_ = "";
-  output_ = std::make_shared<std::string>();
-  job_ = std::make_unique<Job>([input = std::move(next.json), output = output_](Progress& progress) {
-    progress.stage("op.school_asking");
-    *output = run_program(school_program(), progress,
-                          {.nice = kLowPriority, .input = input, .on_line = [&](std::string_view line) {
-                             if (const char* stage = stage_text(line)) progress.stage(stage);
-                           }});
-  });
+  job_.make(
+      [input = std::move(next.json)](Progress& progress) {
+        progress.stage("op.school_asking");
+        return run_program(school_program(), progress,
+                           {.nice = kLowPriority, .input = input, .on_line = [&](std::string_view line) {
+                              if (const char* stage = stage_text(line)) progress.stage(stage);
+                            }});
+      },
+      [this](const std::string& output) { take_answer(output); });
 }
 
 bool SchoolDesk::look() {
-  if (!job_) {
+  if (!job_.under_way()) {
     if (s_.page == Page::kSession && !s_.exam.empty() && s_.school.set_up && questions_.empty()) {
       const double seconds = s_.status.seconds;
       if (seconds < announced_) announced_ = 0;  // another session
@@ -146,19 +140,16 @@ bool SchoolDesk::look() {
     begin();
     return true;
   }
-  const char* stage = job_->progress().what();
-  if (!job_->done()) {
+  if (!job_.done()) {
+    const char* stage = job_.progress()->what();
     if (std::exchange(stage_, stage) == stage || *stage == 0) return false;
     if (is_shown(kind_)) say(s_.text(stage));
     return true;
   }
-  const auto finished = std::exchange(job_, {});
   s_.school.busy = !questions_.empty();
+  if (is_shown(kind_)) say("");
   try {
-    if (is_shown(kind_)) say("");
-    if (finished->failure()) std::rethrow_exception(finished->failure());
-    take_answer(Json::parse(last_line(*output_), "school", Json::Lines::kUnknown));
-  } catch (const Cancelled&) {
+    job_.look();
   } catch (const NotStarted&) {
     fail("no_python");
   } catch (const std::exception& e) {
@@ -167,7 +158,8 @@ bool SchoolDesk::look() {
   return true;
 }
 
-void SchoolDesk::take_answer(const Json& answer) {
+void SchoolDesk::take_answer(const std::string& output) {
+  const Json answer = Json::parse(last_line(output), "school", Json::Lines::kUnknown);
   SchoolForm& form = s_.school;
   if (kind_ == Kind::kAnnounce) return;  // an exam goes on without the service
   if (answer.has("error")) {
@@ -242,8 +234,7 @@ void SchoolDesk::select(const fs::path& file) {
 }
 
 void SchoolDesk::say(const std::string& text, bool error) {
-  s_.school.message = text;
-  s_.school.message_is_error = error;
+  s_.school.message = {text, error};
 }
 
 void SchoolDesk::fail(std::string_view code, const std::string& detail) {

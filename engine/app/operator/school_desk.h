@@ -3,14 +3,13 @@
 
 #include <deque>
 #include <filesystem>
-#include <memory>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "engine/app/operator/choices.h"
 #include "engine/app/operator/interface_window.h"
 #include "engine/app/operator/job.h"
 #include "engine/app/operator/state.h"
-#include "engine/base/json.h"
 
 namespace typodont {
 
@@ -36,13 +35,13 @@ class SchoolDesk {
     Kind kind;
     std::string json;
   };
-  void ask(Kind kind, std::string json);
+  void ask(Kind kind, const nlohmann::json& question);
   /// True: the user made the request, so its stages are shown.
   static bool is_shown(Kind kind) { return kind == Kind::kSignIn || kind == Kind::kTake || kind == Kind::kHandIn; }
   /// Tells the service how much of the exam is recorded, so that nobody can remove the end later.
   void announce(double seconds);
   void begin();
-  void take_answer(const Json& answer);
+  void take_answer(const std::string& output);
   void select(const std::filesystem::path& file);
   void say(const std::string& text, bool error = false);
   void fail(std::string_view code, const std::string& detail = "");
@@ -53,10 +52,9 @@ class SchoolDesk {
   std::string token_;     // of the signed-in student
   double announced_ = 0;  // s, recorded time of the exam at the last announcement
   std::deque<Question> questions_;
-  Kind kind_{};
-  const char* stage_ = "";               // stage that the page shows
-  std::shared_ptr<std::string> output_;  // of the program; written by the job
-  std::unique_ptr<Job> job_;
+  Kind kind_{};             // of the request under way
+  const char* stage_ = "";  // stage that the page shows
+  Job job_;
 };
 
 }  // namespace typodont

@@ -11,35 +11,31 @@ using namespace widgets;
 
 void draw_account(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   SchoolForm& form = s.school;
-  begin_panel("account", s.text("op.school_account"), size, w);
+  const PagePanel panel("account", s.text("op.school_account"), size, w);
   if (form.student.empty()) {
     dim_wrapped(s.text("op.school_guest"));
     ImGui::Spacing();
-    ImGui::SetNextItemWidth(-1);
     if (ImGui::IsWindowAppearing()) ImGui::SetKeyboardFocusHere();
-    ImGui::InputTextWithHint("##name", s.text("op.school_name"), form.name.data(), form.name.size());
+    text_field("##name", s.text("op.school_name"), form.name);
     ImGui::SetNextItemWidth(-1);
     const bool entered =
         ImGui::InputTextWithHint("##password", s.text("op.school_password"), form.password.data(), form.password.size(),
                                  ImGuiInputTextFlags_Password | ImGuiInputTextFlags_EnterReturnsTrue);
     const bool can = form.name[0] != 0 && form.password[0] != 0 && !form.busy;
-    ImGui::BeginDisabled(!can);
-    if ((main_button(s.text("op.school_sign_in"), {-1, 0}) || entered) && can) s.ask(Ask::kSchoolSignIn);
-    ImGui::EndDisabled();
+    if (key_button(s.text("op.school_sign_in"), {-1, 0}, can, entered, true)) s.ask(Ask::kSchoolSignIn);
   } else {
     row(s.text("op.school_signed_in"), form.student);
     ImGui::Checkbox(s.text("op.school_hand_in"), &form.hand_in);
     if (ImGui::Button(s.text("op.school_sign_out"), {-1, 0})) s.ask(Ask::kSchoolSignOut);
   }
   ImGui::Spacing();
-  draw_school_message(s);
-  end_panel();
+  message(form.message);
 }
 
 void draw_assignments(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   SchoolForm& form = s.school;
   const float u = w.style().unit;
-  begin_panel("assignments", s.text("op.school_assignments"), size, w);
+  const PagePanel panel("assignments", s.text("op.school_assignments"), size, w);
   if (form.assignments.empty() && !form.student.empty())
     dim_wrapped(form.busy ? "…" : s.text("op.school_no_assignment"));
   for (std::size_t i = 0; i < form.assignments.size(); ++i) {
@@ -64,12 +60,11 @@ void draw_assignments(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::Spacing();
     dim_wrapped(s.text("op.school_exam_note"));
   }
-  end_panel();
 }
 
 void draw_curves(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
-  begin_panel("curves", s.text("op.school_curve"), size, w);
+  const PagePanel panel("curves", s.text("op.school_curve"), size, w);
   if (s.school.curves.empty() && !s.school.student.empty())
     dim_wrapped(s.school.busy ? "…" : s.text("op.school_no_curve"));
   for (const SchoolForm::Curve& curve : s.school.curves) {
@@ -81,15 +76,9 @@ void draw_curves(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::PopID();
     ImGui::Spacing();
   }
-  end_panel();
 }
 
 }  // namespace
-
-void draw_school_message(const OperatorState& s) {
-  if (s.school.message.empty()) return;
-  colored_wrapped(s.school.message, s.school.message_is_error ? kBad : kGood);
-}
 
 void draw_school_page(OperatorState& s, InterfaceWindow& w) {
   const ImVec2 body = begin_titled_page(s.text("op.school"), w), gap = ImGui::GetStyle().ItemSpacing;

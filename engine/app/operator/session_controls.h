@@ -1,6 +1,7 @@
 // The controls below the picture of a session: recording, undo, what the picture shows.
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -14,20 +15,21 @@ class Flow {
   struct Item {
     std::string label;
     bool on = false, enabled = true;
-    bool lead = false;  // true: a label, not a button
+    bool key = false;                // true: the button's key was pressed in this frame
+    std::function<void()> act = {};  // empty: a label, not a button
   };
   explicit Flow(std::vector<Item> items) : items_(std::move(items)) {}
 
   int lines(float width) const;
-  /// Index of the pressed button; −1: none.
-  int draw(float width) const;
+  /// Draws the row, and acts for pressed buttons and keys.
+  void draw(float width) const;
 
  private:
   static void place(const Item& item, float width, float& x, int& line);
   std::vector<Item> items_;
 };
 
-/// Measures and draws the session's controls in one frame.
+/// Measures and draws the session's controls in one frame, and handles their keys.
 class SessionControls {
  public:
   SessionControls(OperatorState& s, InterfaceWindow& w, float width);
@@ -38,33 +40,11 @@ class SessionControls {
   bool possible() const;
 
  private:
-  float first_line() const;
-
   void draw_clock();
-  std::string end_label() const;
-
-  std::vector<Flow::Item> session_items() const;
-  void act(int pressed);
-
-  static constexpr std::array kViews = {render::View::kLook, render::View::kSection, render::View::kXray,
-                                        render::View::kDifference, render::View::kTemperature};
-  std::vector<Flow::Item> view_items() const;
-  void look(int pressed);
-  bool can_see(render::View view) const;
-  void see(render::View view);
-
   void draw_plane();
-
-  struct Shown {
-    std::string name;
-    Tissue tissue = Tissue::kAir;  // tissue to show or hide; used only if `flag` is null
-    bool Look::*flag = nullptr;
-  };
-  std::vector<Shown> shown() const;
-  std::vector<Flow::Item> shown_items() const;
-  void show(int pressed);
-
-  void keys();
+  std::vector<Flow::Item> session_items();
+  std::vector<Flow::Item> view_items();
+  std::vector<Flow::Item> shown_items();
 
   OperatorState& s_;
   InterfaceWindow& w_;

@@ -94,7 +94,10 @@ void SessionDesk::start(std::function<Scene()> read, const RigChoice& rig, const
           throw;
         }
       },
-      [this] { give_up(); });
+      [this](const std::exception&) {
+        give_up();
+        throw;
+      });
   page_before_ = std::exchange(s_.page, Page::kLoading);
 }
 
@@ -140,6 +143,10 @@ void SessionDesk::open(SetUp made) {
 
 /// Draws a first picture. Starts the session's time when the pictures show the tissue.
 SessionDesk::Turn SessionDesk::begin() {
+  if (!wanted_) {
+    cancel_start();
+    return bench_ ? Turn::kSame : Turn::kChanged;
+  }
   const std::uint64_t frames = s_.status.frames;
   const auto fail = [&](const std::exception& e) {
     give_up();
@@ -169,6 +176,10 @@ SessionDesk::Turn SessionDesk::begin() {
   return Turn::kChanged;
 }
 
+bool SessionDesk::drawing() const {
+  return bench_ && !started_ && bench_->stage() && !bench_->stage()->finished();
+}
+
 /// Removes a session that has not started. Shows the page from before. Instead of a result, shows the start page,
 /// because the computation of the result's score may have been cancelled.
 void SessionDesk::give_up() {
@@ -179,7 +190,8 @@ void SessionDesk::give_up() {
 
 void SessionDesk::cancel_start() {
   wanted_ = false;
-  if (!bench_ || started_) return;
+  // The destructor would wait for the picture, so begin() calls this function again when the picture is finished.
+  if (!bench_ || started_ || drawing()) return;
   give_up();
   s_.say(s_.text("op.cancelled"));
 }
@@ -291,24 +303,18 @@ bool SessionDesk::carry_out(const Request& r) {
     case Ask::kSaveTissue:
       if (bench_) bench_->ask(TissueCommand::kSave);
       return true;
-    case Ask::kKeep:
-      s_.keep = r.number != 0;
-      return true;
     case Ask::kLook:
-      change_look();
+      if (bench_) bench_->views()->look(s_.own_view ? Eyes::kOwn : Eyes::kTrainee, s_.look);
+      ++s_.look_changes;
       return true;
     case Ask::kOwnView:
-      show_own_view(r.number != 0);
+      if (bench_) show_own_view(r.number != 0);
       return true;
     case Ask::kHold:
       if (bench_) bench_->hold(r.number != 0);
       return true;
-    case Ask::kStepDone:
-      s_.steps.next();
-      take_step_tool();
-      return true;
-    case Ask::kStepBack:
-      s_.steps.back();
+    case Ask::kStep:
+      r.number > 0 ? s_.steps.next() : s_.steps.back();
       take_step_tool();
       return true;
     default:
@@ -316,14 +322,8 @@ bool SessionDesk::carry_out(const Request& r) {
   }
 }
 
-void SessionDesk::change_look() {
-  if (!bench_) return;
-  bench_->views()->look(s_.own_view ? Eyes::kOwn : Eyes::kTrainee, s_.look);
-  ++s_.look_changes;
-}
-
 void SessionDesk::show_own_view(bool own) {
-  if (!bench_ || own == s_.own_view) return;
+  if (own == s_.own_view) return;
   s_.own_view = own;
   s_.live = nullptr;
   s_.look = bench_->views()->look(own ? Eyes::kOwn : Eyes::kTrainee);
@@ -367,14 +367,11 @@ std::shared_ptr<const Unscored> SessionDesk::end(const std::string& why) {
     s_.say("");
   else
     s_.fail(why);
-  const auto try_to = [&](const auto& part) {
-    try {
-      part();
-    } catch (const std::exception& e) {
-      s_.outcome.failure = e.what();
-    }
-  };
-  try_to([&] { s_.outcome.summary = bench_->stop(); });
+  try {
+    s_.outcome.summary = bench_->stop();
+  } catch (const std::exception& e) {
+    s_.outcome.failure = e.what();
+  }
   window_.wait_idle();  // the GPU may still be drawing the picture
   if (s_.author) {      // the tissue is complete even after a failure
     s_.exercise.rules = rule_choices(*scene_);
@@ -394,7 +391,7 @@ std::shared_ptr<const Unscored> SessionDesk::end(const std::string& why) {
   started_ = false;
   log::info("session ended: {:.1f} s", s_.outcome.summary.seconds);
   keep_recording();
-  s_.outcome.scored = false;
+  s_.outcome.result.reset();
   if (!hand || !s_.outcome.recording.empty()) return nullptr;
   return std::make_shared<const Unscored>(*scene_, std::move(*tissue), std::move(*hand));
 }

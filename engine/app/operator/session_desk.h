@@ -45,6 +45,8 @@ class SessionDesk {
   bool running() const { return bench_ != nullptr; }
   /// True while the session's time runs.
   bool started() const { return started_; }
+  /// True while the GPU draws a first picture. A page would be shown only after that.
+  bool drawing() const;
   enum class Turn { kSame, kChanged, kOver };
   /// Runs one step: draws a first picture, or continues the session. kChanged: the trainee's picture has changed, or a
   /// second has passed. kOver: the session must be ended.
@@ -74,7 +76,6 @@ class SessionDesk {
   void give_up();
   void show_task(const Scene& scene);
   void begin_views(const Scene& scene);
-  void change_look();
   void show_own_view(bool own);
   /// Chooses the tool of the step that begins. Does nothing if the hand chooses its tools itself.
   void take_step_tool();

@@ -38,7 +38,7 @@ bool explains_mouse(const OperatorState& s) {
 }
 
 void draw_exercise(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
-  begin_panel("exercise", s.text("op.exercise"), size, w);
+  const PagePanel panel("exercise", s.text("op.exercise"), size, w);
   wrapped(s.scene_title);
   dim_wrapped(s.scene_goal);
   if (s.status.implant) draw_phase(s, *s.status.implant);
@@ -62,27 +62,18 @@ void draw_exercise(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
         s.step_shown = i;
       }
     }
-    ImGui::BeginDisabled(current >= count);
-    if (ImGui::Button(fmt::format("{}   N", s.text(s.steps.waits() ? "op.step_skip" : "op.step_done")).c_str()) ||
-        key('N'))
-      s.ask(Ask::kStepDone);
-    ImGui::EndDisabled();
+    const char* const done = s.text(s.steps.waits() ? "op.step_skip" : "op.step_done");
+    if (key_button(fmt::format("{}   N", done), {0, 0}, current < count, key('N'))) s.ask(Ask::kStep, 1);
     ImGui::SameLine();
-    ImGui::BeginDisabled(current == 0);
-    if (ImGui::Button(fmt::format("{}   B", s.text("op.step_back")).c_str()) || key('B')) s.ask(Ask::kStepBack);
-    ImGui::EndDisabled();
+    if (key_button(fmt::format("{}   B", s.text("op.step_back")), {0, 0}, current > 0, key('B'))) s.ask(Ask::kStep, -1);
   }
-  end_panel();
 }
 
 /// Draws each item of the score as a bar, so that the user sees at once which item is low.
 void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
-  begin_panel("score", s.text("op.score_so_far"), size, w);
-  if (!s.score_known) {
-    dim("…");
-    return end_panel();
-  }
+  const PagePanel panel("score", s.text("op.score_so_far"), size, w);
+  if (!s.score_known) return dim("…");
   if (s.score.full > 0) {
     title(s.number(s.score.points, 0), w);
     ImGui::SameLine();
@@ -109,11 +100,10 @@ void draw_score(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
                        height);
     ImGui::Dummy({width, height});
   }
-  end_panel();
 }
 
 void draw_removed(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
-  begin_panel("removed", s.text("removed"), size, w);
+  const PagePanel panel("removed", s.text("removed"), size, w);
   bool any = false;
   for (std::size_t i = 1; i < s.status.tissue.removed.size(); ++i) {
     const double mm3 = s.status.tissue.removed[i] / kCubicMillimetre;
@@ -124,7 +114,6 @@ void draw_removed(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
         alarm ? &kBad : nullptr);
   }
   if (!any) dim("–");
-  end_panel();
 }
 
 /// Rotates, moves or zooms the free viewpoint with the mouse.
@@ -209,7 +198,6 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::SetCursorPos({(size.x - wide.x) / 2, (size.y - wide.y) / 2});
     dim(text);
   }
-  // Writes a line over the picture: the picture's name, or what the mouse does over it.
   const float u = w.style().unit;
   ImGui::PushFont(w.style().small);
   ImGui::SetCursorPos({0.7f * u, 0.6f * u});
@@ -233,8 +221,7 @@ void draw_live(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
 }
 
 void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
-  const float u = w.style().unit;
-  begin_panel("tool", s.text("op.tool"), size, w);
+  const PagePanel panel("tool", s.text("op.tool"), size, w);
   for (std::size_t i = 0; i < s.tools.size(); ++i) {
     const bool held = s.status.tick.tool == i;
     const std::string label = i < 9 ? fmt::format("{}   {}", i + 1, s.tools[i]) : s.tools[i];
@@ -245,52 +232,37 @@ void draw_tool(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::PopID();
   }
   if (s.status.implant) {
-    if (ImGui::Button(fmt::format("{}   T", s.text("op.phase_tool")).c_str(), {-1, 0}) || key('T'))
-      s.ask(Ask::kPhaseTool);
+    if (key_button(fmt::format("{}   T", s.text("op.phase_tool")), {-1, 0}, true, key('T'))) s.ask(Ask::kPhaseTool);
     if (toggle_button(s.text("op.backwards"), s.settings.backwards, {-1, 0})) {
       s.settings.backwards = !s.settings.backwards;
       s.ask(Ask::kSettings);
     }
   }
   row(s.text("op.speed_now"), display::spindle_text(s.status.tick.spindle / kKrpm, hud_words(s.language)));
-  auto speed = static_cast<float>(100 * s.settings.speed_fraction);
-  bool changed = slider(s, "##speed", speed, 0, 100, s.text("op.speed_limit"), 0, " %%");
-  if (changed) s.settings.speed_fraction = speed / 100;
-  const double step = (typed("+=") - typed("-")) * kShareStep;
-  if (step != 0) {
-    s.settings.speed_fraction = std::clamp(s.settings.speed_fraction + step, 0.0, 1.0);
-    changed = true;
-  }
-  if (s.device.force_limit > 0) {
-    const double more = (typed("]") - typed("[")) * kShareStep;
-    if (more != 0) {
-      s.settings.force_fraction = std::clamp(s.settings.force_fraction + more, 0.0, 1.0);
-      changed = true;
-    }
-    auto force = static_cast<float>(100 * s.settings.force_fraction);
-    if (slider(s, "##force", force, 0, 100, s.text("op.force_share"), 0, " %%")) {
-      s.settings.force_fraction = force / 100;
-      changed = true;
-    }
-  }
-  if (changed) s.ask(Ask::kSettings);
-  (void)u;
-  end_panel();
+  // A slider for a fraction of the maximum, with keys for more and less.
+  const auto share = [&](const char* id, double& fraction, const char* label, const char* more, const char* less) {
+    const int steps = typed(more) - typed(less);
+    if (steps != 0) fraction = std::clamp(fraction + steps * kShareStep, 0.0, 1.0);
+    auto percent = static_cast<float>(100 * fraction);
+    const bool slid = slider(s, id, percent, 0, 100, s.text(label), 0, " %%");
+    if (slid) fraction = static_cast<double>(percent / 100);
+    if (steps != 0 || slid) s.ask(Ask::kSettings);
+  };
+  share("##speed", s.settings.speed_fraction, "op.speed_limit", "+=", "-");
+  if (s.device.force_limit > 0) share("##force", s.settings.force_fraction, "op.force_share", "]", "[");
 }
 
 /// Draws the controls of the instructor's brush, which paints at the tool's head while its button or P is pressed. The
 /// hardness and the colour apply to the next strokes only; the stiffness applies to all tissue of the painted kind.
 void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
-  begin_panel("brush", s.text("op.paint"), size, w);
+  const PagePanel panel("brush", s.text("op.paint"), size, w);
   constexpr std::array kPaintable = {Tissue::kCaries, Tissue::kEnamel, Tissue::kDentin, Tissue::kPulp,
                                      Tissue::kGingiva};
   const auto name = [&](Tissue t) { return s.text(fmt::format("tissue.{}", name_of(t))); };
-  ImGui::SetNextItemWidth(-1);
-  if (ImGui::BeginCombo("##tissue", name(s.paint_tissue))) {
-    for (const Tissue t : kPaintable)
-      if (ImGui::Selectable(name(t), t == s.paint_tissue)) s.paint_tissue = t;
-    ImGui::EndCombo();
-  }
+  auto chosen = static_cast<int>(std::ranges::find(kPaintable, s.paint_tissue) - kPaintable.begin());
+  choice("##tissue", chosen, 0, static_cast<int>(kPaintable.size()),
+         [&](int i) { return name(kPaintable.at(static_cast<std::size_t>(i))); });
+  s.paint_tissue = kPaintable.at(static_cast<std::size_t>(chosen));
   slider(s, "##radius", s.paint_radius_mm, 0.1f, 3, s.text("op.radius"), 2, " mm", -1, ImGuiSliderFlags_Logarithmic);
   slider(s, "##hardness", s.paint_hardness, 0.05f, 1, fmt::format("{} ×", s.text("op.hardness")), 2);
   const auto tissue = static_cast<std::size_t>(s.paint_tissue);
@@ -304,12 +276,11 @@ void draw_brush(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   toggle_button(fmt::format("{}   P", s.text("op.paint_hold")).c_str(), s.painting, {-1, 0});
   s.painting = ImGui::IsItemActive() || (!ImGui::GetIO().WantTextInput && ImGui::IsKeyDown('P'));
   row(s.text("op.strokes"), fmt::format("{}", s.status.tissue.painted));
-  end_panel();
 }
 
 void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
-  begin_panel("device", s.text("op.device"), size, w);
+  const PagePanel panel("device", s.text("op.device"), size, w);
   wrapped(s.device.model);
   const double force = glm::length(s.status.tick.f_T_W);
   const double limit = s.device.force_limit > 0 ? s.device.force_limit : 3;
@@ -324,7 +295,6 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     row(s.text("op.motors"),
         fmt::format("{:.0f} %, {} N", 100 * s.status.motor_heat, s.number(s.status.bearable_force, 1)),
         s.status.motor_heat > 0.8 ? &kWarn : nullptr);
-  // Lists the current problems, or writes that there are none.
   bool any = false;
   const auto say = [&](const char* text) {
     any = true;
@@ -337,14 +307,11 @@ void draw_device(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   for (const auto& [fault, name] : session::fault_names()) {
     if (fault != Fault::kHeld && (s.status.faults & bits(fault))) say(s.text(fmt::format("fault.{}", name)));
   }
-  if (!any) {
-    colored(s.text("op.all_well"), kGood);
-  }
-  end_panel();
+  if (!any) colored(s.text("op.all_well"), kGood);
 }
 
 void draw_timing(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
-  begin_panel("timing", s.text("op.timing"), size, w);
+  const PagePanel panel("timing", s.text("op.timing"), size, w);
   const LoopTiming& t = s.status.timing;
   ImGui::PushFont(w.style().small);
   row(s.text("op.servo_tick"), fmt::format("{} µs", s.number(t.work.quantile(0.5) * 1e-3, 1)));
@@ -363,7 +330,6 @@ void draw_timing(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
       ImGui::SetTooltip("%.*s", static_cast<int>(s.status.real_time.size()), s.status.real_time.data());
   }
   ImGui::PopFont();
-  end_panel();
 }
 
 }  // namespace

@@ -14,7 +14,7 @@
 #include "engine/base/cache.h"
 #include "engine/base/error.h"
 #include "engine/base/folder.h"
-#include "engine/base/json.h"
+#include "engine/base/keys.h"
 #include "engine/base/log.h"
 #include "engine/session/score.h"
 
@@ -44,7 +44,7 @@ CachedScore score_from(const Json& json) {
                     json["completion"].number(0, 1), json["date"].string()};
   for (const Json& item : json["items"].items())
     score.items.push_back({item["name"].string(), item["points"].number(), item["full"].number()});
-  if (const Json made = json["case"]; made.is_object()) score.made = read_case(made);
+  if (const Json made = json["case"]; made.is_object()) score.made = read_keys(made, describe_case);
   return score;
 }
 
@@ -149,30 +149,19 @@ session::WarningLevels warning_levels(const Scene& scene, const std::string& tra
 }
 
 bool SessionScores::look() {
-  if (!job_) {
-    begin();
-    return false;
-  }
-  if (!job_->done()) return false;
-  const bool made = !job_->failure();
-  job_.reset();
-  if (!made) return false;
-  const auto score = cached_score(scored_);
-  for (SessionEntry& entry : s_.sessions)
-    if (entry.file == scored_) entry.score = score;
-  if (score) log::info("score of {}: {:.1f}", scored_.filename().string(), session::printed_points(score->points));
-  return score.has_value();
-}
-
-void SessionScores::begin() {
-  const auto entry = std::find_if(s_.sessions.begin(), s_.sessions.end(), [&](const SessionEntry& one) {
-    return one.recorded && !one.score && !tried_.contains(one.file);
-  });
-  if (entry == s_.sessions.end()) return;
-  scored_ = entry->file;
-  tried_.insert(scored_);
-  job_ = std::make_unique<Job>(
-      [file = scored_](Progress& progress) { (void)score_apart(file, progress, kLowestPriority); });
+  if (job_.under_way()) return job_.look();
+  const auto entry = std::ranges::find_if(
+      s_.sessions, [&](const SessionEntry& one) { return one.recorded && !one.score && !tried_.contains(one.file); });
+  if (entry == s_.sessions.end()) return false;
+  tried_.insert(entry->file);
+  job_.make([file = entry->file](Progress& progress) { return score_apart(file, progress, kLowestPriority); },
+            [this, file = entry->file](const CachedScore& score) {
+              for (SessionEntry& one : s_.sessions)
+                if (one.file == file) one.score = score;
+              log::info("score of {}: {:.1f}", file.filename().string(), session::printed_points(score.points));
+            },
+            [](const std::exception&) {});  // a session that cannot be scored has no score in the list
+  return false;
 }
 
 }  // namespace typodont

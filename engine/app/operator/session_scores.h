@@ -3,7 +3,6 @@
 #pragma once
 
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <set>
 
@@ -37,18 +36,15 @@ class SessionScores {
  public:
   explicit SessionScores(OperatorState& s) : s_(s) {}
 
-  /// Computes the next missing score in the background, newest session first. True: a score was finished.
+  /// Computes the next missing score in the background, newest session first. True: a computation has ended.
   bool look();
   /// Cancels the computation.
-  void drop() { job_.reset(); }
+  void drop() { job_.drop(); }
 
  private:
-  void begin();
-
   OperatorState& s_;
-  std::unique_ptr<Job> job_;
-  std::filesystem::path scored_;           // the session whose score is being computed
   std::set<std::filesystem::path> tried_;  // sessions whose computation was already started
+  Job job_;
 };
 
 }  // namespace typodont

@@ -3,17 +3,26 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <limits>
 #include <memory>
+#include <utility>
 
+#include "engine/app/assets.h"
 #include "engine/app/operator/archive.h"
 #include "engine/app/operator/child.h"
 #include "engine/app/operator/library.h"
-#include "engine/app/operator/result_picture.h"
 #include "engine/app/operator/session_scores.h"
+#include "engine/app/picture/tissue_view.h"
+#include "engine/app/recording/resume.h"
 #include "engine/app/review/session_report.h"
+#include "engine/base/error.h"
+#include "engine/base/folder.h"
+#include "engine/base/json.h"
 #include "engine/base/log.h"
-#include "engine/session/report.h"
+#include "engine/base/partial_file.h"
+#include "engine/session/result_model.h"
 #include "engine/session/session_file.h"
+#include "engine/surface/mesh_export.h"
 
 namespace typodont {
 
@@ -21,25 +30,57 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Data that the result page shows about a finished session.
-struct Made {
-  session::Score score;
-  render::Picture picture;
-  bool compared = false;  // true: the picture shows the difference from the target shape
-};
-void show(OperatorState& s, Made& made) {
-  s.outcome.score = made.score;
-  s.outcome.picture = std::move(made.picture);
-  s.outcome.compared = made.compared;
-  s.outcome.scored = true;
+std::shared_ptr<const SessionResult> pictured_result(session::Score score, const session::ReportOptions& report) {
+  return std::make_shared<const SessionResult>(
+      SessionResult{std::move(score), picture_of_result(report), report.ideal.has_value()});
 }
 
-void written(OperatorState& s, const char* what, const fs::path& file) {
-  s.say(fmt::format("{} {}", s.text("op.written"), file.string()));
-  log::info("{} written: {}", what, file.string());
+/// Starts a task that writes `file`, a film for example, and then tells the user. `opens`: also opens the file.
+void make_file(OperatorState& s, BackgroundTask& work, const char* what, const fs::path& file, bool opens,
+               std::function<void(Progress&)> write) {
+  work.begin(std::move(write), [&s, what, file, opens] {
+    s.say(fmt::format("{} {}", s.text("op.written"), file.string()));
+    log::info("{} written: {}", what, file.string());
+    if (opens) s.to_open.push_back(file.string());
+  });
+}
+
+FoundValue value_in(const Json& json) {
+  const auto number = [&](const char* key) {
+    return json[key].is_number() ? json[key].number() : std::numeric_limits<double>::quiet_NaN();
+  };
+  return {number("value"), number("low"), number("high")};
+}
+
+/// Reads the output of `typodont experiment --json`.
+void read_result(const Json& json, ExperimentFinding& found) {
+  found.trials = static_cast<int>(json["trials"].integer(0));
+  if (found.question == kModelQuestion) {
+    for (std::size_t i = 0; i < 2; ++i) found.models[i] = json["models"].items().at(i).string();
+    found.found = value_in(json["chosen_percent"]);
+    found.chance = json["chance"].number(0, 1);
+  } else {
+    found.right = json["right_percent"].number(0, 100);
+    found.found = value_in(json[json.has("jnd_ms") ? "jnd_ms" : "jnd_percent"]);
+  }
 }
 
 }  // namespace
+
+render::Picture picture_of_result(const session::ReportOptions& report) {
+  if (!report.result) return {};
+  constexpr glm::ivec2 kPixels{560, 420};
+  constexpr glm::vec3 kGround(32, 32, 33);  // sRGB, background colour of the panels
+  const session::ModelView view =
+      session::angled_view(report.preparation ? report.preparation->axis_W : dvec3(0, 0, 1));
+  const bool compared = report.ideal.has_value();
+  const std::vector<std::uint8_t> rgb = session::draw_model_pixels(*report.result, view, kPixels, compared, kGround);
+  render::Picture picture{kPixels, {}};
+  picture.rgba.reserve(rgb.size() / 3 * 4);
+  for (std::size_t i = 0; i < rgb.size(); i += 3)
+    picture.rgba.insert(picture.rgba.end(), {rgb[i], rgb[i + 1], rgb[i + 2], 255});
+  return picture;
+}
 
 void list_sessions(OperatorState& s) {
   s.sessions = find_sessions();
@@ -58,8 +99,8 @@ void make_report(OperatorState& s, BackgroundTask& work, const fs::path& recordi
         session::ReportOptions options = report_of(reader);
         options.language = language;
         if (!options.score) options.score = session::score_session(reader);
-        Made made{*options.score, picture_of_result(options), options.ideal.has_value()};
-        cache_score(recording, known(reader, made.score));
+        auto made = pictured_result(*options.score, options);
+        cache_score(recording, known(reader, made->score));
         progress.stage("op.making_report", 0.6, 1);
         options.earlier = earlier_sessions(recording.parent_path(), reader);
         options.expert = expert_session(expert_folder(recording.parent_path()), reader);
@@ -68,9 +109,9 @@ void make_report(OperatorState& s, BackgroundTask& work, const fs::path& recordi
         progress.at(1);
         return made;
       },
-      [&s, report, then = std::move(then)](Made made) {
+      [&s, report, then = std::move(then)](std::shared_ptr<const SessionResult> made) {
         s.outcome.report = report;
-        show(s, made);
+        s.outcome.result = std::move(made);
         s.say(s.text("op.report_ready"));
         log::info("report written: {}", report.string());
         if (then) then();
@@ -83,14 +124,13 @@ void make_score(OperatorState& s, BackgroundTask& work, std::shared_ptr<const Un
         progress.stage("op.scoring", 0, 0.6);
         const session::Score score = final_score(of->scene, of->tissue, of->hand);
         progress.stage("op.scoring", 0.6, 1);
-        const session::ReportOptions result = result_of(of->scene, of->tissue);
-        Made made{score, picture_of_result(result), result.ideal.has_value()};
+        auto made = pictured_result(score, result_of(of->scene, of->tissue));
         progress.at(1);
         return made;
       },
-      [&s](Made made) {
-        show(s, made);
-        log::info("scored: {:.1f} of {:.0f}", made.score.points, made.score.full);
+      [&s](std::shared_ptr<const SessionResult> made) {
+        log::info("scored: {:.1f} of {:.0f}", made->score.points, made->score.full);
+        s.outcome.result = std::move(made);
       });
 }
 
@@ -107,33 +147,81 @@ void show_report(OperatorState& s, BackgroundTask& work, const SessionEntry& of)
 
 void make_curve(OperatorState& s, BackgroundTask& work, const SessionEntry& of) {
   const fs::path folder = of.file.parent_path(), page = folder / "learning_curve.html";
-  const int language = static_cast<int>(s.language);
-  work.begin([=](Progress& progress) { write_learning_curve(folder, page, language, progress); },
-             [&s, page] {
-               written(s, "learning curve", page);
-               s.to_open.push_back(page.string());
-             });
+  make_file(s, work, "learning curve", page, true, [folder, page, language = s.language](Progress& progress) {
+    progress.stage("op.making_report");
+    const std::string html = session::learning_curve_html(sessions_in(folder, progress), language);
+    write_file_atomically(page, html, FileKind::kPage);
+    progress.at(1);
+  });
 }
 
 void make_film(OperatorState& s, BackgroundTask& work, const SessionEntry& of) {
   const fs::path from = of.file, film = fs::path(from).replace_extension(".mp4");
-  work.begin(
-      [=](Progress& progress) {
-        progress.stage("op.filming");
-        run_self({"replay", from.string(), "--film", film.string()}, progress);
-      },
-      [&s, film] {
-        written(s, "film", film);
-        s.to_open.push_back(film.string());
-      });
+  make_file(s, work, "film", film, true, [from, film](Progress& progress) {
+    progress.stage("op.filming");
+    run_self({"replay", from.string(), "--film", film.string()}, progress);
+  });
 }
 
 void make_surface(OperatorState& s, BackgroundTask& work, const SessionEntry& of) {
   constexpr std::array kEndings = {".stl", ".ply", ".obj", ".glb"};
   const fs::path from = of.file,
                  mesh = fs::path(from).replace_extension(kEndings.at(static_cast<std::size_t>(s.mesh_format)));
-  work.begin([=](Progress& progress) { export_surface(from, mesh, progress); },
-             [&s, mesh] { written(s, "surface", mesh); });
+  make_file(s, work, "surface", mesh, false, [from, mesh](Progress& progress) {
+    progress.stage("op.exporting");
+    surface::require_mesh_format(mesh);
+    const StoredTissue stored = stored_tissue(from, [&](double fraction) { progress.at(fraction); });
+    const surface::WholeMesh whole = whole_surface(stored.volume, stored.draws_own, 0.1f,
+                                                   [&](double fraction) { progress.at(0.3 + 0.6 * fraction); });
+    if (whole.triangles.empty()) throw Error(from.string(), "", "no surface", "tissue");
+    progress.at(0.9);
+    surface::write_mesh(mesh, whole, stored.volume.frame(), stored.materials);
+    progress.at(1);
+  });
+}
+
+void make_experiment(OperatorState& s, BackgroundTask& work) {
+  const ExperimentForm& form = s.experiment;
+  const auto found = std::make_shared<ExperimentFinding>();
+  found->person = s.trainee.data();
+  found->question = static_cast<std::size_t>(form.question);
+  const std::string question = kExperimentQuestions.at(found->question), who = file_name_of(found->person);
+  const fs::path folder = user_folder() / "experiments" / (who.empty() ? "guest" : who);
+  make_folder(folder);
+  found->log = folder / fmt::format("{}_{}.csv", date_and_time(), question);
+  found->page = fs::path(found->log).replace_extension(".html");
+
+  const HandEntry& hand = s.hands.at(static_cast<std::size_t>(s.hand));
+  const RigChoice& rig = s.rigs.at(static_cast<std::size_t>(s.rig));
+  std::vector<std::string> words = {"experiment", s.scenes.at(static_cast<std::size_t>(s.scene)).file.string(),
+                                    "--question", question,
+                                    "--trials",   fmt::format("{}", form.trials.at(found->question)),
+                                    "--seconds",  fmt::format("{:g}", form.seconds),
+                                    "--hand",     hand.address.empty() ? s.address.data() : hand.address,
+                                    "--out",      found->log.string(),
+                                    "--page",     found->page.string(),
+                                    "--language", std::string(session::tag_of(s.language)),
+                                    "--json"};
+  if (!found->person.empty()) words.insert(words.end(), {"--subject", found->person});
+  if (found->question == kModelQuestion)
+    words.insert(words.end(), {"--models", s.models.at(static_cast<std::size_t>(form.models[0])),
+                               s.models.at(static_cast<std::size_t>(form.models[1]))});
+  // Without a selected rig file, the separate process uses the scene's usual rig, because it can't draw in this window.
+  if (!rig.file.empty()) words.insert(words.end(), {"--rig", rig.file.string()});
+  if (s.no_real_time) words.emplace_back("--no-real-time");
+  s.experiment_found.reset();
+  work.begin(
+      [words, found](Progress& progress) {
+        progress.stage("op.experiment_runs");
+        read_result(Json::parse(run_self(words, progress), "experiment"), *found);
+        progress.at(1);
+      },
+      [&s, found] {
+        s.experiment_found = *found;
+        s.say(fmt::format("{} {}", s.text("op.written"), found->page.string()));
+        log::info("experiment ended: {}", found->log.string());
+      });
+  log::info("experiment started: {}", question);
 }
 
 }  // namespace typodont

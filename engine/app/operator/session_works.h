@@ -8,8 +8,13 @@
 #include "engine/app/operator/long_work.h"
 #include "engine/app/operator/session_desk.h"
 #include "engine/app/operator/state.h"
+#include "engine/session/report.h"
 
 namespace typodont {
+
+/// Draws the final surface on the CPU, on the window's background. If there is an ideal shape, colours show the
+/// difference from this shape. Empty if the surface is unknown. Any thread.
+render::Picture picture_of_result(const session::ReportOptions& report);
 
 /// Lists recordings and saved preparations, with titles in the window's language.
 void list_sessions(OperatorState& s);

@@ -9,8 +9,6 @@ namespace typodont {
 namespace {
 
 using namespace widgets;
-namespace keys = display::keys;
-
 constexpr std::array<const char*, 3> kLanguages = {"English", "Deutsch", "\xe4\xb8\xad\xe6\x96\x87"};
 
 void draw_header(OperatorState& s, InterfaceWindow& w) {
@@ -68,13 +66,8 @@ void draw_picture(OperatorState& s, InterfaceWindow& w, int picture, float width
 
 void draw_scenes(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   const float u = w.style().unit;
-  begin_panel("scenes", s.text("op.exercise"), size, w);
-  const int count = static_cast<int>(s.scenes.size());
-  const int step = (ImGui::IsKeyPressed(keys::kDown) ? 1 : 0) - (ImGui::IsKeyPressed(keys::kUp) ? 1 : 0);
-  if (ImGui::GetIO().KeyCtrl && step != 0 && count > 0) {
-    s.scene = (s.scene + step + count) % count;
-    s.scene_shown = -1;
-  }
+  const PagePanel panel("scenes", s.text("op.exercise"), size, w);
+  if (step_through(s.scene, s.scenes.size())) s.scene_shown = -1;
   if (s.scenes.empty()) dim_wrapped(s.text("op.no_scenes"));
   for (std::size_t i = 0; i < s.scenes.size(); ++i) {
     const SceneChoice& scene = s.scenes[i];
@@ -108,12 +101,11 @@ void draw_scenes(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::SetCursorPos(after);
     ImGui::PopID();
   }
-  end_panel();
 }
 
 /// Makes cases: the next one of the trainee's path, or one by family, difficulty and number.
 void draw_cases(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
-  begin_panel("cases", s.text("op.cases"), size, w);
+  const PagePanel panel("cases", s.text("op.cases"), size, w);
   CaseForm& form = s.cases;
   const bool can = !s.busy && !form.families.empty();
   const float half = 0.5f * (ImGui::GetContentRegionAvail().x - ImGui::GetStyle().ItemSpacing.x);
@@ -130,7 +122,6 @@ void draw_cases(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
                      fmt::format("{} %d", s.text("op.seed")).c_str(), ImGuiInputTextFlags_AutoSelectAll);
   form.seed = std::max(form.seed, 0);
   ImGui::EndDisabled();
-  end_panel();
 }
 
 /// Choice of the contact model. Hidden unless a model other than the exercise's own is chosen.
@@ -143,65 +134,46 @@ void draw_model(OperatorState& s, InterfaceWindow& w, const SceneChoice& scene) 
     return i < 0 ? fmt::format("{} ({})", s.text("op.model_of_exercise"), scene.model)
                  : s.models[static_cast<std::size_t>(i)];
   };
-  const auto about = [&](const std::string& name) {
-    const std::string key = fmt::format("op.model.{}", name);
+  const auto about = [&](int i) -> std::string {
+    const std::string key = fmt::format("op.model.{}", i < 0 ? scene.model : s.models[static_cast<std::size_t>(i)]);
     // contact models from files outside of the program have no description in the text catalogue
     return session::has_text(key) ? s.text(key) : "";
   };
-  ImGui::SetNextItemWidth(-1);
-  const int count = static_cast<int>(s.models.size());
-  if (ImGui::BeginCombo("##model", title(s.model).c_str())) {
-    for (int i = -1; i < count; ++i) {
-      if (ImGui::Selectable(title(i).c_str(), i == s.model)) s.model = i;
-      if (ImGui::IsItemHovered())
-        ImGui::SetTooltip("%s", about(i < 0 ? scene.model : s.models[static_cast<std::size_t>(i)]));
-    }
-    ImGui::EndCombo();
-  }
-  note(about(s.model < 0 ? scene.model : s.models[static_cast<std::size_t>(s.model)]), w);
+  choice("##model", s.model, -1, static_cast<int>(s.models.size()), title, -1, about);
+  note(about(s.model), w);
 }
 
 void draw_details(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
-  begin_panel("details", s.text("op.goal"), size, w);
-  if (const SceneChoice* const selected = s.selected_scene()) {
-    const SceneChoice& scene = *selected;
+  const PagePanel panel("details", s.text("op.goal"), size, w);
+  if (s.selected_scene()) {
+    const SceneChoice& scene = *s.selected_scene();
     draw_picture(s, w, scene.picture, ImGui::GetContentRegionAvail().x);
     ImGui::Spacing();
     ImGui::PushFont(w.style().large);
     wrapped(scene.title);
     ImGui::PopFont();
-    if (!scene.fault.empty()) {
-      colored_wrapped(scene.fault, kBad);
-    } else {
+    if (scene.fault.empty())
       wrapped(scene.description);
-    }
+    else
+      colored_wrapped(scene.fault, kBad);
     draw_model(s, w, scene);
     if (scene.jaw) {
       ImGui::Spacing();
       ask_button(s, Ask::kPlan, s.text("op.plan_implant"), {-1, 0}, scene.fault.empty());
     }
   }
-  end_panel();
 }
 
-void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
-  const float u = w.style().unit;
-  begin_column("set_up", size);
-  const float spacing = ImGui::GetStyle().ItemSpacing.y;
-  const float trainee_height = 9.2f * u + (s.school.set_up ? ImGui::GetFrameHeightWithSpacing() : 0);
-  const float rest = ImGui::GetContentRegionAvail().y - trainee_height - 2 * spacing;
-
-  begin_panel("hand", s.text("op.hand"), {0, 0.56f * rest}, w);
+void draw_hands(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  const PagePanel panel("hand", s.text("op.hand"), size, w);
   for (std::size_t i = 0; i < s.hands.size(); ++i) {
     const HandEntry& hand = s.hands[i];
     ImGui::PushID(static_cast<int>(i));
     if (ImGui::RadioButton(hand.title.c_str(), static_cast<int>(i) == s.hand)) s.hand = static_cast<int>(i);
     if (!hand.detail.empty()) {
-      ImGui::Indent(1.9f * u);
-      ImGui::PushFont(w.style().small);
-      colored_wrapped(hand.detail, hand.usable ? kDim : kWarn);
-      ImGui::PopFont();
-      ImGui::Unindent(1.9f * u);
+      ImGui::Indent(1.9f * w.style().unit);
+      note(hand.detail, w, hand.usable ? kDim : kWarn);
+      ImGui::Unindent(1.9f * w.style().unit);
     }
     ImGui::PopID();
   }
@@ -212,9 +184,10 @@ void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     ImGui::Checkbox(s.text("op.accept_no_real_time"), &s.no_real_time);
     if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", s.real_time_refused.c_str());
   }
-  end_panel();
+}
 
-  begin_panel("picture", s.text("op.picture"), {0, 0.44f * rest}, w);
+void draw_rigs(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  const PagePanel panel("picture", s.text("op.picture"), size, w);
   for (std::size_t i = 0; i < s.rigs.size(); ++i) {
     ImGui::PushID(static_cast<int>(i));
     if (ImGui::RadioButton(s.rigs[i].title.c_str(), static_cast<int>(i) == s.rig)) s.rig = static_cast<int>(i);
@@ -230,13 +203,13 @@ void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
     if (s.monitor >= static_cast<int>(s.monitors.size())) s.monitor = -1;
     choice("##monitor", s.monitor, -1, static_cast<int>(s.monitors.size()), name);
   }
-  end_panel();
+}
 
-  begin_panel("trainee", s.text("op.trainee"), {0, trainee_height}, w);
-  ImGui::SetNextItemWidth(-1);
+void draw_trainee(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  const PagePanel panel("trainee", s.text("op.trainee"), size, w);
   if (key('T', true)) ImGui::SetKeyboardFocusHere();
   ImGui::BeginDisabled(!s.school.student.empty());
-  ImGui::InputTextWithHint("##trainee", s.text("op.trainee_hint"), s.trainee.data(), s.trainee.size());
+  text_field("##trainee", s.text("op.trainee_hint"), s.trainee);
   ImGui::EndDisabled();
   if (s.school.set_up)
     ask_button(s, Ask::kSchool, s.text(s.school.student.empty() ? "op.school_sign_in" : "op.school"), {-1, 0});
@@ -244,7 +217,15 @@ void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
   ImGui::Checkbox(s.text("op.record_this"), &s.record);
   ImGui::EndDisabled();
   ImGui::Checkbox(s.text("op.author"), &s.author);
-  end_panel();
+}
+
+void draw_set_up(OperatorState& s, InterfaceWindow& w, ImVec2 size) {
+  begin_column("set_up", size);
+  const float trainee = 9.2f * w.style().unit + (s.school.set_up ? ImGui::GetFrameHeightWithSpacing() : 0);
+  const float rest = ImGui::GetContentRegionAvail().y - trainee - 2 * ImGui::GetStyle().ItemSpacing.y;
+  draw_hands(s, w, {0, 0.56f * rest});
+  draw_rigs(s, w, {0, 0.44f * rest});
+  draw_trainee(s, w, {0, trainee});
   ImGui::EndChild();
 }
 
@@ -263,10 +244,9 @@ void follow_keys(OperatorState& s) {
   }
 }
 
-/// Introduction at the very first start.
 void draw_first_run(OperatorState& s, InterfaceWindow& w) {
   const float u = w.style().unit;
-  begin_panel("first_run", nullptr, {0, 4.9f * u}, w);
+  const PagePanel panel("first_run", nullptr, {0, 4.9f * u}, w);
   wrapped(s.text("op.first_run"));
   const auto offer = [&](const char* text, Ask ask, const Shortcut& key) {
     if (main_button(fmt::format("  {}   {}  ", s.text(text), key.name).c_str(), {0, 0})) s.ask(ask);
@@ -275,8 +255,7 @@ void draw_first_run(OperatorState& s, InterfaceWindow& w) {
   ImGui::SameLine();
   offer("op.start_tutorial", Ask::kTutorial, shortcut(Ask::kTutorial));
   ImGui::SameLine();
-  if (ImGui::Button(s.text("op.not_now"))) s.ask(Ask::kWelcomed);
-  end_panel();
+  if (ImGui::Button(s.text("op.not_now"))) s.first_run = false;
 }
 
 }  // namespace

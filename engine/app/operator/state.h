@@ -6,6 +6,8 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -40,7 +42,6 @@ enum class Ask {
   kDoctor,           // check this computer, as `typodont doctor`
   kRescan,           // search again for scenes, hands and rigs
   kOpenReport,       // open the report, or the experiment's result, in the browser
-  kOpenFolder,       // open the folder of the sessions
   kDeleteRecording,  // delete the recording of the session that just ended
   kSettings,         // apply the changed live settings
   kTool,             // take a tool; number: index in the tool set
@@ -48,14 +49,12 @@ enum class Ask {
   kUndo,             // undo a stroke
   kRedo,             // redo a stroke
   kSaveTissue,       // save the current tissue
-  kKeep,             // number: 1 keeps the recording, 0 deletes it
   kLook,             // apply the changed OperatorState::look
   kOwnView,          // number: 1 free viewpoint, 0 the trainee's picture
   kLoseDevice,       // for tests: lose the GPU device
   kSaveExercise,     // save painted and drilled tissue as an exercise
   kHold,             // number: 1 stops drill and force, 0 continues
-  kStepDone,         // mark the task's current step as done
-  kStepBack,         // mark the last completed step as not done
+  kStep,             // number: 1 marks the current step as done, -1 the last completed step as not done
   kArchive,          // show recorded sessions and imports
   kExperiment,       // show the page of experiments
   kSchool,           // show the page of the school
@@ -71,24 +70,27 @@ enum class Ask {
   kGoOnFrom,         // continue the selected session from its end
   /// Import by ImportForm; on the scan page: import the region.
   kImport,
-  kLookAtScan,     // show the scan of ImportForm before its import
-  kFuse,           // align the scan of FuseForm with the scan page's CBCT
-  kFuseDropPoint,  // remove the last point that the user picked
-  kFuseRegister,   // register the intraoral scan by the picked points
-  kFuseTake,       // replace the crowns, and return to the scan page
-  kFuseBack,       // return to the scan page
-  kDropped,        // take the file in OperatorState::dropped
-  kPlan,           // plan in the selected exercise's jaw; number: bone class, from 1
-  kSavePlan,       // save the planned implant as an exercise
-  kNextCase,       // make and select the next case of the trainee's path
-  kMakeCase,       // make and select the case of CaseForm
-  kTutorial,       // select and start the tutorial
-  kWelcomed,       // close the introduction of the first start
-  kCancel,         // cancel the running task, for example an import
-  kLeaveKept,      // save, then execute OperatorState::leaving
-  kLeaveDropped,   // discard, then execute OperatorState::leaving
-  kStay,           // discard the waiting request OperatorState::leaving
+  kLookAtScan,    // show the scan of ImportForm before its import
+  kFuse,          // align the scan of FuseForm with the scan page's CBCT
+  kFuseRegister,  // register the intraoral scan by the picked points
+  kFuseTake,      // replace the crowns, and return to the scan page
+  kFuseBack,      // return to the scan page
+  kDropped,       // take the file in OperatorState::dropped
+  kPlan,          // plan in the selected exercise's jaw; number: bone class, from 1
+  kSavePlan,      // save the planned implant as an exercise
+  kNextCase,      // make and select the next case of the trainee's path
+  kMakeCase,      // make and select the case of CaseForm
+  kTutorial,      // select and start the tutorial
+  kCancel,        // cancel the running task, for example an import
+  kLeaveKept,     // save, then execute OperatorState::leaving
+  kLeaveDropped,  // discard, then execute OperatorState::leaving
+  kStay,          // discard the waiting request OperatorState::leaving
   kQuit,
+};
+/// A hint, or an error.
+struct Message {
+  std::string text;  // empty: none
+  bool is_error = false;
 };
 struct Request {
   Ask ask;
@@ -162,10 +164,15 @@ struct ImportForm {
 };
 /// Function of the left mouse button in a section.
 enum class ScanTool { kLook, kBrush, kSeed };
-/// The scan page. The page changes the ScanReview; ScanDesk computes labels and draws sections between frames.
+/// The scan page. ScanDesk computes labels and draws sections on other threads. Meanwhile the ScanReview must not
+/// change, so changes wait.
 struct ScanForm {
-  ScanReview* review = nullptr;  // owned by ScanDesk; null until the scan is read
-  std::size_t large = 0;         // index of the section that is drawn larger
+  std::shared_ptr<ScanReview> review;  // null until the scan is read
+  std::vector<std::function<void(ScanReview&)>> changes;
+  void change(std::function<void(ScanReview&)> by) {
+    if (review) changes.push_back(std::move(by));
+  }
+  std::size_t large = 0;  // index of the section that is drawn larger
   ScanTool tool = ScanTool::kLook;
   int kind = 0;  // label that the tool paints: a haptics::LabelKind as a number
   float radius_mm = 1;
@@ -175,25 +182,23 @@ struct ScanForm {
   glm::ivec3 walls{0};  // for each axis, dragged face of the region: −1 lower, +1 upper, 0 none
   dvec3 mouse_F{0};     // m, in the scan's frame F: the painted stroke's end
   ScanPlanes planes;
-  std::array<const gpu::Image*, kScanSections> pictures{};  // null until drawn
-  std::uint64_t drawn = 0;                                  // number of times that the sections were drawn
+  std::vector<gpu::Image> pictures;  // of the planes; empty until drawn
 };
-/// The fusion page. The page changes the ScanFusion; FuseDesk registers the surfaces and draws them.
+/// The fusion page. The page changes the ScanFusion; FuseDesk registers the surfaces and draws them on other threads.
 struct FuseForm {
   std::array<char, 512> file{};  // mesh of the intraoral scan
   FileChooser chooser;
   float unit_mm = 1;
-  ScanFusion* fusion = nullptr;                 // owned by FuseDesk; null until the mesh is read
-  glm::vec2 pressed{0};                         // pixels, position at which the mouse button was pressed
-  bool turning = false;                         // true while the mouse turns a surface
-  bool changed = false;                         // true: the pictures must be drawn again
-  std::array<const gpu::Image*, 2> pictures{};  // null until drawn
-  std::uint64_t drawn = 0;                      // number of times that the surfaces were drawn
+  std::shared_ptr<ScanFusion> fusion;  // null until the mesh is read
+  glm::vec2 pressed{0};                // pixels, position at which the mouse button was pressed
+  bool turning = false;                // true while the mouse turns a surface
+  bool changed = false;                // true: the pictures must be drawn again
+  std::vector<gpu::Image> pictures;    // of the surfaces; empty until drawn
 };
 inline constexpr std::array<std::string_view, 4> kBoneClasses{"I", "II", "III", "IV"};
 /// The planning page. The page changes the plan; PlanDesk evaluates and draws it on another thread.
 struct PlanForm {
-  bool ready = false;  // true after the jaw is loaded
+  std::shared_ptr<const ImplantPlanner> planner;  // jaw and scene; null until they are loaded
   std::array<char, 96> name{};
   std::vector<ImplantProcedure> procedures;
   int procedure = 0;
@@ -202,12 +207,11 @@ struct PlanForm {
   float width_mm = 40;    // mm, width of a section
   bool changed = false;   // true: findings and pictures must be updated
   bool dragging = false;  // true: the mouse moves or tilts the implant
+  int drags = 0;          // number of drags so far
   bool tilting = false;   // true while the mouse tilts the implant
   PlanFindings findings;
   PlanPlanes planes;
-  // Pictures of the sections; null until they are drawn.
-  std::array<const gpu::Image*, std::tuple_size_v<PlanPlanes>> pictures{};
-  std::uint64_t drawn = 0;  // number of times that the sections were drawn
+  std::vector<gpu::Image> pictures;  // of the planes; empty until drawn
 };
 /// Values of the option --question of `typodont experiment`.
 inline constexpr std::array kExperimentQuestions = {"stiffness", "force", "delay", "model"};
@@ -257,19 +261,19 @@ struct SchoolForm {
   std::vector<Assignment> assignments;
   int assignment = 0;
   bool busy = false;
-  std::string message;  // state of the last request
-  bool message_is_error = false;
+  Message message;  // state of the last request
 };
 
-/// Results of a finished session.
-struct Outcome {
-  WorkbenchSummary summary;
-  std::filesystem::path recording, report;  // files of the session; empty: there is none
+struct SessionResult {
   session::Score score;
-  bool scored = false;  // true: the score is final; before, no score is shown
   // Picture of the final surface, coloured by the difference from an ideal shape, if any. Empty: surface unknown.
   render::Picture picture;
   bool compared = false;  // true: the picture shows the difference from the target shape
+};
+struct Outcome {
+  WorkbenchSummary summary;
+  std::filesystem::path recording, report;      // files of the session; empty: there is none
+  std::shared_ptr<const SessionResult> result;  // null: there is none, or it is still being computed
   std::string failure;
 };
 
@@ -278,9 +282,8 @@ struct OperatorState {
   session::Language language = session::Language::kEnglish;
   bool chinese = false;  // true: this computer has a font for Chinese
   bool first_run = false;
-  bool help = false;    // true: the list of keys is shown
-  std::string message;  // error or hint in the message line
-  bool message_is_error = false;
+  bool help = false;                 // true: the list of keys is shown
+  Message message;                   // in the message line
   std::vector<Request> asked;        // requests of this frame
   std::vector<std::string> to_open;  // files and folders that the desktop should open
   std::optional<Request> leaving;    // request that waits for a decision about unsaved work
@@ -351,7 +354,7 @@ struct OperatorState {
 
   // Data of the result page.
   Outcome outcome;
-  const gpu::Image* result_picture = nullptr;  // picture of the session's result, on the GPU
+  std::vector<gpu::Image> result_pictures;  // picture of the result; empty: there is none
   ExerciseForm exercise;
 
   // Data of the page of recorded sessions.
@@ -380,14 +383,14 @@ struct OperatorState {
   std::string busy_what;
 
   void ask(Ask what, int number = 0) { asked.push_back({what, number}); }
-  void say(std::string text) {
-    message = std::move(text);
-    message_is_error = false;
+  void open(Page next) {
+    page = next;
+    message = {};
   }
+  void say(std::string text) { message = {std::move(text), false}; }
   void fail(std::string text) {
-    message = std::move(text);
-    message_is_error = true;
-    log::error("{}", message);
+    log::error("{}", text);
+    message = {std::move(text), true};
   }
   /// Null: none is selected.
   const SceneChoice* selected_scene() const {
@@ -423,8 +426,6 @@ void draw_scan_page(OperatorState& s, InterfaceWindow& w);
 void draw_plan_page(OperatorState& s, InterfaceWindow& w);
 void draw_experiment_page(OperatorState& s, InterfaceWindow& w);
 void draw_school_page(OperatorState& s, InterfaceWindow& w);
-/// Draws the state of the last request to the school.
-void draw_school_message(const OperatorState& s);
 void draw_help(OperatorState& s, InterfaceWindow& w);
 /// Asks about unsaved work while OperatorState::leaving contains a request.
 void draw_leaving(OperatorState& s, InterfaceWindow& w);

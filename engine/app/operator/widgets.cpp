@@ -52,26 +52,24 @@ void end_titled_page(OperatorState& s, InterfaceWindow& w, bool can_leave, const
   end_page();
 }
 
+void end_empty_page(OperatorState& s, InterfaceWindow& w, ImVec2 body) {
+  ImGui::Dummy(body);
+  end_titled_page(s, w);
+}
+
 void begin_column(const char* id, ImVec2 size) {
   ImGui::PushStyleColor(ImGuiCol_ChildBg, ImVec4(0, 0, 0, 0));
   ImGui::BeginChild(id, size, false, ImGuiWindowFlags_NavFlattened);
   ImGui::PopStyleColor();
 }
-bool begin_panel(const char* id, const char* title, ImVec2 size, InterfaceWindow& w) {
-  const bool open =
-      ImGui::BeginChild(id, size, true, ImGuiWindowFlags_NavFlattened | ImGuiWindowFlags_AlwaysUseWindowPadding);
-  if (title && *title) heading(title, w);
-  return open;
-}
-void end_panel() {
-  ImGui::EndChild();
+PagePanel::PagePanel(const char* id, const char* title, ImVec2 size, InterfaceWindow& w) {
+  ImGui::BeginChild(id, size, true, ImGuiWindowFlags_NavFlattened | ImGuiWindowFlags_AlwaysUseWindowPadding);
+  if (title) widgets::heading(title, w);
 }
 
-namespace {
-float text_width(std::string_view text) {
+float width_in_font(std::string_view text) {
   return ImGui::CalcTextSize(text.data(), text.data() + text.size()).x;
 }
-}  // namespace
 
 void title(const std::string& text, InterfaceWindow& w) {
   ImGui::PushFont(w.style().large);
@@ -83,9 +81,9 @@ void heading(const char* text, InterfaceWindow& w) {
   dim(text);
   ImGui::PopFont();
 }
-void note(const std::string& text, InterfaceWindow& w) {
+void note(const std::string& text, InterfaceWindow& w, const ImVec4& color) {
   ImGui::PushFont(w.style().small);
-  dim_wrapped(text);
+  colored_wrapped(text, color);
   ImGui::PopFont();
 }
 void colored(const std::string& text, const ImVec4& color) {
@@ -108,7 +106,7 @@ std::string broken(const std::string& text, float room, const std::function<floa
   return lines;
 }
 void wrapped(const std::string& text) {
-  const std::string lines = broken(text, ImGui::GetContentRegionAvail().x, text_width);
+  const std::string lines = broken(text, ImGui::GetContentRegionAvail().x, width_in_font);
   ImGui::PushTextWrapPos(0);
   ImGui::TextUnformatted(lines.data(), lines.data() + lines.size());
   ImGui::PopTextWrapPos();
@@ -119,13 +117,13 @@ void colored_wrapped(const std::string& text, const ImVec4& color) {
   ImGui::PopStyleColor();
 }
 
-void titled_picture(OperatorState& s, InterfaceWindow& w, const char* name, const gpu::Image* picture,
-                    std::uint64_t drawn, float size, const std::function<void(ImVec2 at)>& add) {
+void titled_picture(OperatorState& s, InterfaceWindow& w, const char* name, std::span<const gpu::Image> pictures,
+                    std::size_t i, float size, const std::function<void(ImVec2 at)>& add) {
   ImGui::BeginGroup();
   heading(s.text(name), w);
   const ImVec2 at = ImGui::GetCursorScreenPos();
-  if (picture) {
-    ImGui::Image(w.texture(*picture, drawn), {size, size});
+  if (i < pictures.size()) {
+    ImGui::Image(w.texture(pictures[i]), {size, size});
     ImGui::SetCursorScreenPos(at);
     ImGui::InvisibleButton(name, {size, size});
     add(at);
@@ -133,6 +131,15 @@ void titled_picture(OperatorState& s, InterfaceWindow& w, const char* name, cons
     ImGui::Dummy({size, size});
   }
   ImGui::EndGroup();
+}
+bool begin_table(const char* id, std::initializer_list<std::pair<const char*, float>> columns, ImGuiTableFlags flags,
+                 ImVec2 size) {
+  flags |= ImGuiTableFlags_RowBg | ImGuiTableFlags_SizingStretchProp;
+  if (!ImGui::BeginTable(id, static_cast<int>(columns.size()), flags, size)) return false;
+  if (flags & ImGuiTableFlags_ScrollY) ImGui::TableSetupScrollFreeze(0, 1);
+  for (const auto& [heading, width] : columns) ImGui::TableSetupColumn(heading, 0, width);
+  ImGui::TableHeadersRow();
+  return true;
 }
 void over_picture(const std::string& text) {
   if (text.empty()) return;
@@ -162,21 +169,16 @@ std::string fitted(const std::string& text, float room, const std::function<floa
   const std::size_t keep = words > fits / 2 ? words : fits;
   return text.substr(0, keep) + std::string(kEllipsis);
 }
-std::string fitted(const std::string& text, float room) {
-  return fitted(text, room, text_width);
-}
-void one_line(const std::string& text, float room) {
+void one_line(const std::string& text, float room, const ImVec4& color) {
   const std::string shown = fitted(text, room);
-  ImGui::TextUnformatted(shown.c_str());
+  colored(shown, color);
   if (shown.size() != text.size() && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", text.c_str());
 }
 void row(const char* name, const std::string& value, const ImVec4* color) {
   const float width = ImGui::CalcTextSize(value.c_str()).x, room = ImGui::GetContentRegionAvail().x;
   const float left = ImGui::GetCursorPosX();
   // If space is short, only the name is shortened.
-  ImGui::PushStyleColor(ImGuiCol_Text, kDim);
-  one_line(name, std::max(room - width - 0.5f * ImGui::GetFontSize(), 0.0f));
-  ImGui::PopStyleColor();
+  one_line(name, std::max(room - width - 0.5f * ImGui::GetFontSize(), 0.0f), kDim);
   ImGui::SameLine();
   ImGui::SetCursorPosX(left + std::max(room - width, 0.0f));
   colored(value, color ? *color : ImGui::GetStyleColorVec4(ImGuiCol_Text));
@@ -217,12 +219,15 @@ ImVec4 severity_color(DoctorFinding::Severity severity) {
 bool pressed(const Shortcut& shortcut) {
   return key(shortcut.code, shortcut.control);
 }
-void ask_button(OperatorState& s, KeyedAsk request, const char* text, ImVec2 size, bool enabled, bool main) {
+bool key_button(const std::string& label, ImVec2 size, bool enabled, bool by_key, bool main) {
   ImGui::BeginDisabled(!enabled);
-  const std::string label = fmt::format("  {}   {}  ", text, s.keys(std::string(request.key.name)));
   const bool clicked = main ? main_button(label.c_str(), size) : ImGui::Button(label.c_str(), size);
   ImGui::EndDisabled();
-  if (enabled && (clicked || pressed(request.key))) s.ask(request.ask);
+  return enabled && (clicked || by_key);
+}
+void ask_button(OperatorState& s, KeyedAsk request, const char* text, ImVec2 size, bool enabled, bool main) {
+  const std::string label = fmt::format("  {}   {}  ", text, s.keys(std::string(request.key.name)));
+  if (key_button(label, size, enabled, pressed(request.key), main)) s.ask(request.ask);
 }
 void page_shortcuts(OperatorState& s) {
   if (s.page != Page::kArchive && pressed(shortcut(Ask::kArchive))) s.ask(Ask::kArchive);
@@ -233,6 +238,15 @@ void page_shortcuts(OperatorState& s) {
   if (s.school.set_up && s.page != Page::kSchool && pressed(shortcut(Ask::kSchool))) s.ask(Ask::kSchool);
   if (pressed(shortcut(Ask::kQuit))) s.ask(Ask::kQuit);
   if (key(display::keys::kF1)) s.help = true;
+}
+
+bool step_through(int& chosen, std::size_t count) {
+  using display::keys::kDown, display::keys::kUp;
+  const int entries = static_cast<int>(count);
+  const int step = (ImGui::IsKeyPressed(kDown) ? 1 : 0) - (ImGui::IsKeyPressed(kUp) ? 1 : 0);
+  if (!ImGui::GetIO().KeyCtrl || step == 0 || entries == 0) return false;
+  chosen = (chosen + step + entries) % entries;
+  return true;
 }
 
 bool key(int code, bool control) {
@@ -267,11 +281,15 @@ void busy_bar(OperatorState& s, float width) {
   if (ImGui::Button(s.text("op.cancel"))) s.ask(Ask::kCancel);
 }
 
+void message(const Message& shown) {
+  if (!shown.text.empty()) colored_wrapped(shown.text, shown.is_error ? kBad : kGood);
+}
+
 void state_line(OperatorState& s, float width) {
   if (s.busy)
     busy_bar(s, width);
-  else if (!s.message.empty())
-    colored_wrapped(s.message, s.message_is_error ? kBad : kGood);
+  else
+    message(s.message);
 }
 
 bool text_field(const char* id, const char* hint, std::span<char> text) {
@@ -291,12 +309,15 @@ bool slider(const OperatorState& s, const char* id, float& value, float lo, floa
   return true;
 }
 
-bool choice(const char* id, int& chosen, int first, int end, const std::function<std::string(int)>& name, float width) {
+bool choice(const char* id, int& chosen, int first, int end, const std::function<std::string(int)>& name, float width,
+            const std::function<std::string(int)>& about) {
   const int before = chosen;
   ImGui::SetNextItemWidth(width);
   if (!ImGui::BeginCombo(id, chosen >= first && chosen < end ? name(chosen).c_str() : "")) return false;
-  for (int i = first; i < end; ++i)
+  for (int i = first; i < end; ++i) {
     if (ImGui::Selectable(name(i).c_str(), i == chosen)) chosen = i;
+    if (about && ImGui::IsItemHovered()) ImGui::SetTooltip("%s", about(i).c_str());
+  }
   ImGui::EndCombo();
   return chosen != before;
 }

@@ -4,9 +4,11 @@
 #include <imgui.h>
 
 #include <functional>
+#include <initializer_list>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "engine/app/operator/shortcuts.h"
@@ -28,17 +30,26 @@ ImVec2 begin_titled_page(const char* title, InterfaceWindow& w);
 void end_titled_page(OperatorState& s, InterfaceWindow& w, bool can_leave = true,
                      const std::function<void(ImVec2 size)>& more = {});
 
+/// Ends a page that has nothing to show yet. `body`: size of the body, which stays empty.
+void end_empty_page(OperatorState& s, InterfaceWindow& w, ImVec2 body);
+
 /// Begins a column without background. End it with ImGui::EndChild().
 void begin_column(const char* id, ImVec2 size);
-/// Begins a panel with a heading. `size` as for ImGui::BeginChild.
-bool begin_panel(const char* id, const char* heading, ImVec2 size, InterfaceWindow& w);
-void end_panel();
+/// A panel with a heading, around the elements that are drawn during its life. `size` as for ImGui::BeginChild.
+struct PagePanel {
+  PagePanel(const char* id, const char* heading, ImVec2 size, InterfaceWindow& w);
+  ~PagePanel() { ImGui::EndChild(); }
+  PagePanel(const PagePanel&) = delete;
+  PagePanel& operator=(const PagePanel&) = delete;
+};
 
 /// Texts in the large and in the small font.
 void title(const std::string& text, InterfaceWindow& w);
 void heading(const char* text, InterfaceWindow& w);
-void note(const std::string& text, InterfaceWindow& w);
+void note(const std::string& text, InterfaceWindow& w, const ImVec4& color = kDim);
 void colored(const std::string& text, const ImVec4& color);
+/// Width of a text in the current font, pixels.
+float width_in_font(std::string_view text);
 /// Breaks a text into lines of at most `room` (pixels), only at spaces. A word wider than `room` stays whole. `width`
 /// measures a text.
 std::string broken(const std::string& text, float room, const std::function<float(std::string_view)>& width);
@@ -55,18 +66,38 @@ inline void dim_wrapped(const std::string& text) {
 void over_picture(const std::string& text);
 /// Shortens a text with an ellipsis if it is wider than `room` (pixels). Cuts between words if possible, and never
 /// inside a character. `width` measures a text.
-std::string fitted(const std::string& text, float room, const std::function<float(std::string_view)>& width);
-/// Shortens a text as fitted() above, with the widths of the current font.
-std::string fitted(const std::string& text, float room);
+std::string fitted(const std::string& text, float room,
+                   const std::function<float(std::string_view)>& width = width_in_font);
 /// Draws a text in at most `room` pixels; if it is shortened, a tooltip shows all of it.
-void one_line(const std::string& text, float room);
+void one_line(const std::string& text, float room, const ImVec4& color = ImGui::GetStyleColorVec4(ImGuiCol_Text));
 /// Draws a name at the left edge and a value at the right edge.
 void row(const char* name, const std::string& value, const ImVec4* color = nullptr);
 
-/// Draws a square picture as a button for the mouse. `name`: key of its title; `picture`: null draws an empty square;
-/// `drawn`: number of times that the picture was drawn. `add(at)` handles mouse and marks; `at`: upper left corner.
-void titled_picture(OperatorState& s, InterfaceWindow& w, const char* name, const gpu::Image* picture,
-                    std::uint64_t drawn, float size, const std::function<void(ImVec2 at)>& add);
+/// Draws the square picture `i` as a button for the mouse; an empty square if it is missing. `name`: key of its title.
+/// `add(at)` handles mouse and marks; `at`: upper left corner.
+void titled_picture(OperatorState& s, InterfaceWindow& w, const char* name, std::span<const gpu::Image> pictures,
+                    std::size_t i, float size, const std::function<void(ImVec2 at)>& add);
+
+/// Position, size and plane of one section on the screen.
+struct SectionView {
+  const SectionPlane& plane;
+  ImVec2 at;
+  float size;
+
+  dvec3 point(ImVec2 screen) const { return plane.at(dvec2((screen.x - at.x) / size, (screen.y - at.y) / size)); }
+  ImVec2 screen(const dvec3& p) const {
+    const dvec3 from = p - plane.center_W;
+    return {at.x + static_cast<float>(0.5 + glm::dot(from, plane.right_W) / plane.width) * size,
+            at.y + static_cast<float>(0.5 - glm::dot(from, plane.up_W) / plane.height) * size};
+  }
+  // Length of this many pixels in the section, m.
+  double length(float pixels) const { return static_cast<double>(pixels / size) * plane.width; }
+  float pixels(double length) const { return static_cast<float>(length / plane.width) * size; }
+};
+
+/// Begins a table with one row of headings. `columns`: heading and relative width. False: it is not visible.
+bool begin_table(const char* id, std::initializer_list<std::pair<const char*, float>> columns,
+                 ImGuiTableFlags flags = 0, ImVec2 size = {0, 0});
 
 /// Button for the main action of a page. Returns true if the user presses it.
 bool main_button(const char* text, ImVec2 size);
@@ -80,6 +111,9 @@ ImVec4 score_color(double fraction, const session::PassMark& pass);
 /// Colour of a finding of `typodont doctor`.
 ImVec4 severity_color(DoctorFinding::Severity severity);
 
+/// Button with a key. `by_key`: the key was pressed in this frame. Returns true if the enabled button or key is
+/// pressed.
+bool key_button(const std::string& label, ImVec2 size, bool enabled, bool by_key, bool main = false);
 /// Button for a request, with its shortcut. `main`: the main action of the page.
 void ask_button(OperatorState& s, KeyedAsk request, const char* text, ImVec2 size, bool enabled = true,
                 bool main = false);
@@ -87,6 +121,9 @@ void ask_button(OperatorState& s, KeyedAsk request, const char* text, ImVec2 siz
 bool pressed(const Shortcut& shortcut);
 /// Handles the shortcuts that work on all pages, except during a session.
 void page_shortcuts(OperatorState& s);
+
+/// Ctrl with an arrow key chooses the previous or next entry of a list. True: another entry is chosen.
+bool step_through(int& chosen, std::size_t count);
 
 /// True if the key was pressed in this frame. A focused text field keeps keys for typing and editing.
 bool key(int code, bool control = false);
@@ -105,9 +142,9 @@ bool text_field(const char* id, const char* hint, std::span<char> text);
 /// Shows `label`, the value and `unit` (of printf: "%%" for a percent sign). Rounds the value to `decimals`.
 bool slider(const OperatorState& s, const char* id, float& value, float lo, float hi, const std::string& label,
             int decimals, const char* unit = "", float width = -1, ImGuiSliderFlags flags = 0);
-/// Choice from a list. `name(i)`: text of the choice i, for `first` <= i < `end`.
+/// Choice from a list. `name(i)`: text of the choice i, for `first` <= i < `end`; `about(i)`: its tooltip.
 bool choice(const char* id, int& chosen, int first, int end, const std::function<std::string(int)>& name,
-            float width = -1);
+            float width = -1, const std::function<std::string(int)>& about = {});
 bool choice(const char* id, int& chosen, std::span<const char* const> names, float width = -1);
 
 /// A permission of the servo loop, such as real-time scheduling, and whether the system granted it. The report
@@ -120,6 +157,7 @@ std::vector<GrantedLine> granted_lines(const OperatorState& s);
 
 /// Draws a long task's progress, with a button to cancel it.
 void busy_bar(OperatorState& s, float width);
+void message(const Message& shown);
 /// Draws the progress of a long task, or else the message line.
 void state_line(OperatorState& s, float width);
 

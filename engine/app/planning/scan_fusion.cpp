@@ -89,8 +89,9 @@ ScanRegistration register_scan(const haptics::IntraoralScan& scan, const haptics
 
 ScanFusion::ScanFusion(std::shared_ptr<const haptics::DenseTissue> ct, const std::filesystem::path& file, double unit)
     : ct_(std::move(ct)), name_(file.filename().string()), scan_(file, unit), scan_mesh_(scan_.mesh()) {
-  ct_mesh_ = haptics::TissueVolume(*ct_).extract_mesh();
-  for (const Tissue t : ct_mesh_.tissue) ct_colors_.push_back(is_of_tooth(t) ? kToothColor : kBoneColor);
+  haptics::TissueMesh ct_mesh = haptics::TissueVolume(*ct_).extract_mesh();
+  std::vector<glm::vec3> ct_colors;
+  for (const Tissue t : ct_mesh.tissue) ct_colors.push_back(is_of_tooth(t) ? kToothColor : kBoneColor);
   views_[kScan] = SurfacePicture(scan_mesh_, std::vector<glm::vec3>(scan_mesh_.triangles.size(), kScanColor));
   // The view shows the scan's outer side: it looks against the mean normal.
   dvec3 normal(0);
@@ -100,23 +101,24 @@ ScanFusion::ScanFusion(std::shared_ptr<const haptics::DenseTissue> ct, const std
   const double length = glm::length(normal);
   const dvec3 look = length > 0 ? -normal / length : dvec3(0, 0, -1);
   views_[kScan].look_along(look, std::abs(look.y) < 0.9 ? dvec3(0, 1, 0) : dvec3(1, 0, 0));
-  show_ct();
   // The view looks from the teeth towards the bone, so that it shows the crowns.
   dvec3 tooth(0), all(0);
   double teeth = 0;
-  for (std::size_t t = 0; t < ct_mesh_.triangles.size(); ++t) {
-    const dvec3& p = ct_mesh_.vertices[ct_mesh_.triangles[t].x];
+  for (std::size_t t = 0; t < ct_mesh.triangles.size(); ++t) {
+    const dvec3& p = ct_mesh.vertices[ct_mesh.triangles[t].x];
     all += p;
-    if (is_of_tooth(ct_mesh_.tissue[t])) tooth += p, teeth += 1;
+    if (is_of_tooth(ct_mesh.tissue[t])) tooth += p, teeth += 1;
   }
-  const double below = teeth > 0 && !ct_mesh_.triangles.empty()
-                           ? tooth.z / teeth - all.z / static_cast<double>(ct_mesh_.triangles.size())
+  const double below = teeth > 0 && !ct_mesh.triangles.empty()
+                           ? tooth.z / teeth - all.z / static_cast<double>(ct_mesh.triangles.size())
                            : 1;
+  ct_picture_ = SurfacePicture(std::move(ct_mesh), std::move(ct_colors));
+  views_[kCt] = ct_picture_;
   views_[kCt].look_along({0, 0, below < 0 ? 1 : -1}, {0, 1, 0});
 }
 
-void ScanFusion::show_ct() {
-  SurfacePicture fresh(ct_mesh_, ct_colors_);
+void ScanFusion::show_ct(const SurfacePicture& surfaces) {
+  SurfacePicture fresh = surfaces;
   fresh.look_like(views_[kCt]);
   views_[kCt] = std::move(fresh);
 }
@@ -127,7 +129,7 @@ bool ScanFusion::pick(Side side, const dvec2& place) {
   if (!p) return false;
   if (registration_) {
     registration_.reset();
-    show_ct();
+    show_ct(ct_picture_);
   }
   points_[side].push_back(*p);
   order_.push_back(side);
@@ -140,26 +142,27 @@ void ScanFusion::drop_last() {
   order_.pop_back();
   if (!registration_) return;
   registration_.reset();
-  show_ct();
+  show_ct(ct_picture_);
 }
 
 ScanRegistration ScanFusion::registered() const {
-  return register_scan(scan_, *ct_, points_[kScan], points_[kCt], "points", name_);
-}
-
-void ScanFusion::show(ScanRegistration registration) {
-  registration_ = std::move(registration);
-  const Pose& X_CS = registration_->fine.X_DS;
+  ScanRegistration found = register_scan(scan_, *ct_, points_[kScan], points_[kCt], "points", name_);
   haptics::TissueMesh laid = scan_mesh_;
-  for (dvec3& p : laid.vertices) p = X_CS * p;
+  for (dvec3& p : laid.vertices) p = found.fine.X_DS * p;
   const haptics::ToothField teeth(*ct_);
   std::vector<glm::vec3> colors;
   for (const glm::uvec3& t : laid.triangles) {
     const haptics::ToothField::Value v = teeth.at((laid.vertices[t.x] + laid.vertices[t.y] + laid.vertices[t.z]) / 3.0);
-    colors.push_back(v.tooth ? distance_color(v.distance - registration_->fine.offset) : kUnknown);
+    colors.push_back(v.tooth ? distance_color(v.distance - found.fine.offset) : kUnknown);
   }
-  show_ct();
-  views_[kCt].add(laid, colors);
+  found.picture = ct_picture_;
+  found.picture.add(laid, colors);
+  return found;
+}
+
+void ScanFusion::show(ScanRegistration registration) {
+  registration_ = std::move(registration);
+  show_ct(registration_->picture);
 }
 
 haptics::Fused ScanFusion::fused(Progress& progress) const {

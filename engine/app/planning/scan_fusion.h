@@ -20,6 +20,7 @@ struct ScanRegistration {
   calibration::RegistrationResult start;  // registration by the picked points
   /// Registration of the surfaces. The member X_DS is the pose of the scan (frame S) in the CT (frame C).
   calibration::SurfaceRegistration fine;
+  SurfacePicture picture;  // only from ScanFusion::registered(): both surfaces, in colours of distance
 };
 
 /// Registers the scan first by pairs of points (m), then by the surfaces. `place`, `file`: names for error messages.
@@ -58,14 +59,13 @@ class ScanFusion {
   haptics::Fused fused(Progress& progress) const;
 
  private:
-  void show_ct();
+  void show_ct(const SurfacePicture& surfaces);
 
   std::shared_ptr<const haptics::DenseTissue> ct_;
   std::string name_;
   haptics::IntraoralScan scan_;
   haptics::TissueMesh scan_mesh_;  // mesh of the scan, in frame S
-  haptics::TissueMesh ct_mesh_;    // mesh of the CT's surface, in frame C
-  std::vector<glm::vec3> ct_colors_;
+  SurfacePicture ct_picture_;      // the CT's surface alone, in frame C
   std::array<SurfacePicture, 2> views_;
   std::array<std::vector<dvec3>, 2> points_;
   std::vector<Side> order_;  // each picked point's side, in the order of picking

@@ -1,8 +1,10 @@
-// Draws a surface on the CPU. The user rotates it and picks points on it. Main thread.
+// Draws a surface on the CPU. The user rotates it and picks points on it. One thread at a time may use an object;
+// copies share only the surface, which does not change.
 #pragma once
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -32,6 +34,8 @@ class SurfacePicture {
 
   /// Draws a square picture, to which at() then refers.
   render::Picture draw(int pixels);
+  /// Lets at() refer to the picture that `drawn`, a copy of this object, has drawn.
+  void take(SurfacePicture&& drawn) { drawn_ = std::move(drawn.drawn_); }
   /// Point of the surface at `place` in the latest picture, if any.
   std::optional<dvec3> at(const dvec2& place) const;
   /// Place of the point p in the current view, as a fraction of width and height.
@@ -39,18 +43,24 @@ class SurfacePicture {
 
   /// Adds a mesh in the same frame.
   void add(const haptics::TissueMesh& mesh, const std::vector<glm::vec3>& colors);
-  const haptics::TissueMesh& mesh() const { return mesh_; }
 
  private:
-  haptics::TissueMesh mesh_;
-  std::vector<glm::vec3> colors_;
+  struct Surface {
+    haptics::TissueMesh mesh;
+    std::vector<glm::vec3> colors;
+  };
+  struct Drawn {
+    int pixels = 0;
+    std::vector<float> depth;  // m, depth of each pixel from the centre, along `look`
+    dvec3 centre{0}, right{1, 0, 0}, up{0, 0, 1}, look{0, 1, 0};
+    double extent = 1;
+  };
+
+  std::shared_ptr<const Surface> surface_ = std::make_shared<const Surface>();
   dvec3 centre_{0};
   double extent_ = 1;  // m, width of the region that the picture shows
   dvec3 right_{1, 0, 0}, up_{0, 0, 1}, look_{0, 1, 0};
-  int pixels_ = 0;
-  std::vector<float> depth_;  // m, depth of each pixel from centre_, along look_
-  dvec3 drawn_right_{1, 0, 0}, drawn_up_{0, 0, 1}, drawn_look_{0, 1, 0};
-  double drawn_extent_ = 1;
+  Drawn drawn_;
 };
 
 }  // namespace typodont
