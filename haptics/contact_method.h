@@ -13,10 +13,6 @@
 #include "haptics/contact/tissue_body.h"
 #include "haptics/tool.h"
 
-namespace typodont {
-class Keys;
-}
-
 namespace typodont::haptics {
 
 struct ServoSettings;

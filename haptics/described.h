@@ -15,6 +15,10 @@ void describe_spindle(Keys& keys, Spindle& spindle);
 /// Describes the block "implant" of a tool. `diameter`, `length`: size of the head, m.
 void describe_implant_tool(Keys& keys, ImplantTool& tool, double diameter, double length);
 
+struct HandModel;
+void describe_hand(Keys& keys, HandModel& model);  // HAND.json
+void list_arm(Keys& keys);                         // a preset of assets/devices/
+
 dvec3 read_direction_into_bone(const Json& json);
 
 }  // namespace typodont::haptics

@@ -11,10 +11,6 @@
 #include "engine/base/json.h"
 #include "haptics/dense_tissue.h"
 
-namespace typodont {
-class Keys;
-}
-
 namespace typodont::haptics {
 
 /// Solid with a signed distance (m, frame W), negative inside. For intersections and differences, a lower bound of the

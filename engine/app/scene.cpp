@@ -127,6 +127,13 @@ DrawnAs read_drawn_as(const Json& json) {
 
 }  // namespace
 
+void describe_case(Keys& keys, CaseIdentity& made) {
+  keys(must("family"), made.family, "family of exercises");
+  keys(must("seed"), made.seed, {0}, "seed");
+  keys(must("difficulty"), made.difficulty, {0, 1}, "difficulty");
+  keys("icdas", made.icdas, {1, 6}, "ICDAS code of the lesion");
+}
+
 void describe_suction_tip(Keys& keys, SuctionTip& tip, debris::Suction& suction) {
   keys("name", kName, "name of the tip");
   keys(must("opening_mm"), tip.opening, {0.5, 20, kMillimetre}, "inner diameter of the opening");
@@ -302,7 +309,8 @@ void describe_scene(Keys& keys, Scene& scene) {
   keys("name", scene.name, "name of the scene; default: the file name without `.json`");
   keys("description", kText, "free text");
   keys("exam", scene.exam, "seed of a school's [sealed exam](school.md#exams)");
-  keys("case", kAnyObject, "family, seed, difficulty and ICDAS code of a [generated exercise](cases.md)");
+  CaseIdentity made;
+  keys("case", made, describe_case, "a [generated exercise](cases.md)");
   scene.tissue = keys(must("tissue"), kObject, describe_tissue, "the [tissue](#tissue)");
   if (scene.tissue) read_keys(*scene.tissue, describe_tissue);
   const auto painted = [&](Keys& of) {

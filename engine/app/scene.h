@@ -24,8 +24,6 @@
 
 namespace typodont {
 
-class Keys;
-
 struct Scene {
   std::filesystem::path file;
   ScenePlace place;  // folders in which relative file names are searched: that of the scene's file, or of the recording
@@ -68,6 +66,15 @@ struct Scene {
 
   bool needs(std::string_view part) const { return parts.contains(std::string(part)); }
 };
+
+/// The key "case" of scenes, reports and cached scores: a generated exercise.
+struct CaseIdentity {
+  std::string family;
+  std::uint64_t seed = 1;
+  double difficulty = 0.5;  // 0: easiest, 1: most difficult
+  int icdas = 0;            // code of the lesion, 1 to 6 (on a root 1 or 2); 0: no coded lesion
+};
+void describe_case(Keys& keys, CaseIdentity& made);
 
 // Declare the keys of a scene, and of a file of assets/suction/. `suction` receives flow and radius of the opening.
 void describe_scene(Keys& keys, Scene& scene);

@@ -16,6 +16,8 @@
 
 namespace typodont {
 
+class Keys;  // engine/base/keys.h
+
 /// A JSON value with its file and path, which messages name. Cheap to copy. Not for real-time loops. Throws Error.
 class Json {
  public:

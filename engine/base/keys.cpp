@@ -194,8 +194,7 @@ std::string key_tables(std::string_view name, const std::vector<KeyRow>& rows) {
     const bool small = !row.meaning.empty() && row.keys.size() <= kFew && std::ranges::none_of(row.keys, lists);
     for (const KeyRow& inner : row.keys)
       if (small) add(inner, row.key + ".");
-    if (!small && !row.keys.empty())
-      nested += fmt::format("\n{}", key_tables(fmt::format("{}.{}", name, row.key), row.keys));
+    if (!small && lists(row)) nested += fmt::format("\n{}", key_tables(fmt::format("{}.{}", name, row.key), row.keys));
   }
   return text + nested;
 }

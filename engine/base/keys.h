@@ -1,5 +1,5 @@
-// The keys of a JSON object, each declared once: the declaration reads files, fills the tables of docs/scene_format.md,
-// and gives editors a JSON Schema. Not for real-time loops.
+// The keys of a JSON object, each declared once: the declaration reads files, fills tables in docs/, and gives editors
+// a JSON Schema. Not for real-time loops.
 #pragma once
 
 #include <concepts>
@@ -46,7 +46,7 @@ inline constexpr Form kText{"text", R"({"type": "string"})"}, kName{"name", kTex
     kObjects{"list of objects", R"({"type": "array", "items": "$object"})"},
     kPoint{"[x, y, z]", R"({"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3})"},
     kBox{"[[x0, y0, z0], [x1, y1, z1]]", R"({"type": "array", "minItems": 2, "maxItems": 2})"},
-    kDirection{"direction", kPoint.schema}, kColour{"colour", kPoint.schema},
+    kThree{"three numbers", kPoint.schema}, kDirection{"direction", kPoint.schema}, kColour{"colour", kPoint.schema},
     kQuaternion{"[w, x, y, z]", R"({"type": "array", "items": {"type": "number"}, "minItems": 4, "maxItems": 4})"};
 
 /// A key as a row of a table; `schema`: JSON Schema of its value. Without schema: a definition (Keys::define).

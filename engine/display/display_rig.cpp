@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "engine/base/error.h"
+#include "engine/base/keys.h"
 #include "engine/base/line_of_sight.h"
 #include "engine/base/units.h"
 #include "engine/display/head_tracker.h"
@@ -18,14 +19,6 @@ constexpr std::array<std::string_view, 4> kKinds{"window", "mirror", "hmd", "off
 constexpr std::array<std::string_view, 7> kLayouts{"mono",     "side_by_side", "top_bottom",      "row_interleaved",
                                                    "anaglyph", "two_outputs",  "frame_sequential"};
 
-template <std::size_t N>
-std::size_t index_of(const std::array<std::string_view, N>& names, const Json& json) {
-  const std::string text = json.string();
-  const auto found = std::find(names.begin(), names.end(), text);
-  if (found == names.end()) json.fail(fmt::format("one of {}", fmt::join(names, ", ")));
-  return static_cast<std::size_t>(found - names.begin());
-}
-
 dvec3 unit_vector(const Json& json) {
   const dvec3 v = json.vec3();
   const double length = glm::length(v);
@@ -33,114 +26,106 @@ dvec3 unit_vector(const Json& json) {
   return v / length;
 }
 
-dvec3 point_mm(const Json& json) {
-  return json.vec3() * kMillimetre;
-}
-
-Screen parse_screen(const Json& json) {
-  json.allow_only({"corners_mm", "pixels", "layout", "bow_mm"});
-  Screen screen;
-  const Json corners = json["corners_mm"];
-  corners.allow_only({"lower_left", "lower_right", "upper_left"});
-  screen.lower_left = point_mm(corners["lower_left"]);
-  screen.lower_right = point_mm(corners["lower_right"]);
-  screen.upper_left = point_mm(corners["upper_left"]);
+void describe_corners(Keys& keys, Screen& screen) {
+  keys(must("lower_left"), screen.lower_left, kMillimetre, "lower left corner");
+  keys(must("lower_right"), screen.lower_right, kMillimetre, "lower right corner");
+  keys(must("upper_left"), screen.upper_left, kMillimetre, "upper left corner");
+  const Json* corners = keys.json();
+  if (!corners) return;
   const dvec3 right = screen.lower_right - screen.lower_left, up = screen.upper_left - screen.lower_left;
   const double width = glm::length(right), height = glm::length(up);
-  if (width < 1e-3) corners["lower_right"].fail("at least 1 mm away from lower_left");
-  if (height < 1e-3) corners["upper_left"].fail("at least 1 mm away from lower_left");
+  if (width < 1e-3) (*corners)["lower_right"].fail("at least 1 mm away from lower_left");
+  if (height < 1e-3) (*corners)["upper_left"].fail("at least 1 mm away from lower_left");
   const double off_square = std::abs(std::asin(std::clamp(glm::dot(right, up) / (width * height), -1.0, 1.0)));
   if (off_square > 2 * kDegree)
-    corners.fail(fmt::format("edges {:.1f} degrees off a right angle", off_square / kDegree),
-                 "the corners of a rectangle, within 2 degrees");
-  if (const auto bow = json.find("bow_mm")) {
-    screen.bow = point_mm(*bow);
-    for (int i = 0; i < 3; ++i)
-      if (std::abs(screen.bow[i]) > 0.05 * std::min(width, height))
-        bow->fail("a twentieth of the panel's height or less");
-  }
-  if (const auto pixels = json.find("pixels")) {
+    corners->fail(fmt::format("edges {:.1f} degrees off a right angle", off_square / kDegree),
+                  "the corners of a rectangle, within 2 degrees");
+}
+
+void describe_screen(Keys& keys, Screen& screen) {
+  keys(must("corners_mm"), screen, describe_corners, "corners of the panel, named as in the upright picture");
+  if (const auto pixels = keys("pixels", kPair, "width and height, 16–16384; default [1920, 1080]")) {
     const std::vector<Json> items = pixels->items();
     if (items.size() != 2) pixels->fail("[width, height]");
     screen.pixels = {static_cast<int>(items[0].integer(16, 16384)), static_cast<int>(items[1].integer(16, 16384))};
   }
-  if (const auto layout = json.find("layout")) screen.layout = static_cast<Layout>(index_of(kLayouts, *layout));
-  return screen;
+  keys("layout", screen.layout, kLayouts, "`frame_sequential` needs a Vulkan surface with two layers");
+  keys("bow_mm", screen.bow, kMillimetre,
+       "a bent panel: height of the middle of the lower edge, of the left edge, and of the upper right corner, above "
+       "the plane of the three corners");
+  const double edge = std::min(glm::distance(screen.lower_left, screen.lower_right),
+                               glm::distance(screen.lower_left, screen.upper_left));
+  for (int i = 0; i < 3; ++i)
+    if (std::abs(screen.bow[i]) > 0.05 * edge)
+      (*keys.json())["bow_mm"].fail("a twentieth of the panel's height or less");
 }
 
-Mirror parse_mirror(const Json& json) {
-  json.allow_only({"normal", "offset_mm", "middle_mm", "curvature_per_m", "glass_thickness_mm", "glass_index"});
-  Mirror mirror;
+void describe_mirror(Keys& keys, Mirror& mirror) {
   // The plane n·p = c is the same as (n/|n|)·p = c/|n|, so both n and c are divided by |n|.
-  const double length = glm::length(json["normal"].vec3());
-  mirror.normal = unit_vector(json["normal"]);
-  mirror.offset = json["offset_mm"].number() * kMillimetre / length;
-  if (const auto curvature = json.find("curvature_per_m")) {
+  double length = 1;
+  if (const auto normal = keys(must("normal"), kDirection, "normal n of the plane n·p = `offset_mm`")) {
+    length = glm::length(normal->vec3());
+    mirror.normal = unit_vector(*normal);
+  }
+  keys(must("offset_mm"), mirror.offset, {.unit = kMillimetre}, "offset of the plane");
+  mirror.offset /= length;
+  keys("middle_mm", kPoint, "with `curvature_per_m`: the mirror is curved about its point nearest to this one");
+  if (const auto curvature =
+          keys("curvature_per_m", kPoint, "curvature of the mirror ([axes](../engine/base/line_of_sight.h))")) {
     mirror.curvature = curvature->vec3();
     for (int i = 0; i < 3; ++i)
       if (std::abs(mirror.curvature[i]) > 0.5) curvature->fail("a radius of at least 2 m");
-    mirror.middle = point_mm(json["middle_mm"]);
+    mirror.middle = (*keys.json())["middle_mm"].vec3() * kMillimetre;
   }
-  mirror.glass_thickness = json.number_or("glass_thickness_mm", 0, 0, 50) * kMillimetre;
-  mirror.glass_index = json.number_or("glass_index", mirror.glass_index, 1, 3);
-  return mirror;
+  keys("glass_thickness_mm", mirror.glass_thickness, {0, 50, kMillimetre}, "thickness of the glass");
+  keys("glass_index", mirror.glass_index, {1, 3}, "refractive index of the glass");
 }
 
-Head parse_head(const Json& json) {
-  json.allow_only({"eye_center_mm", "ipd_mm", "right", "tracker"});
-  Head head;
-  head.eye_center = point_mm(json["eye_center_mm"]);
-  head.ipd = json.number_or("ipd_mm", 63, 0, 100) * kMillimetre;
-  if (const auto right = json.find("right")) head.right = unit_vector(*right);
-  if (const auto tracker = json.find("tracker")) {
-    head.tracker = tracker->string();
-    if (!head.tracker.empty() && !parse_tracker_address(head.tracker))
-      tracker->fail("\"opentrack:PORT\" or \"opentrack:ADDRESS:PORT\" with a port from 1 to 65535");
-  }
-  return head;
+void describe_head(Keys& keys, Head& head) {
+  keys(must("eye_center_mm"), head.eye_center, kMillimetre, "midpoint between the eyes");
+  keys("ipd_mm", head.ipd, {0, 100, kMillimetre}, "interpupillary distance");
+  keys("right", head.right, unit_vector, "from the left to the right eye; default [1, 0, 0]");
+  keys("tracker", head.tracker, "[head tracker](#head-tracker)");
+  if (!head.tracker.empty() && !parse_tracker_address(head.tracker))
+    (*keys.json())["tracker"].fail("\"opentrack:PORT\" or \"opentrack:ADDRESS:PORT\" with a port from 1 to 65535");
 }
 
-Pose parse_pose(const Json& json) {
-  json.allow_only({"translation_mm", "rotation_wxyz"});
-  Pose pose;
-  pose.p = point_mm(json["translation_mm"]);
-  const Json rotation = json["rotation_wxyz"];
-  const std::vector<double> q = rotation.numbers(4);
-  pose.R = dquat(q[0], q[1], q[2], q[3]);
-  const double length = glm::length(pose.R);
-  if (std::abs(length - 1) > 1e-3) rotation.fail(fmt::format("a quaternion of length {:.6g}", length), "length 1");
-  pose.R = pose.R / length;
-  return pose;
+void describe_pose(Keys& keys, Pose& pose) {
+  keys(must("translation_mm"), pose.p, kMillimetre, "position");
+  if (const auto rotation = keys(must("rotation_wxyz"), kQuaternion, "rotation as a unit quaternion")) {
+    const std::vector<double> q = rotation->numbers(4);
+    pose.R = dquat(q[0], q[1], q[2], q[3]);
+    const double length = glm::length(pose.R);
+    if (std::abs(length - 1) > 1e-3) rotation->fail(fmt::format("a quaternion of length {:.6g}", length), "length 1");
+    pose.R = pose.R / length;
+  }
 }
 
-HmdRig parse_hmd(const Json& json, const Pose& X_WH) {
-  json.allow_only({"space", "X_WD", "registration", "magnify", "distance_mm", "below_mm", "passthrough", "depth",
-                   "refresh_hz", "resolution", "wait_s", "stall_s", "tip_mm"});
-  HmdRig hmd;
-  if (const auto space = json.find("space")) {
-    const std::string name = space->string();
-    if (name != "stage" && name != "local") space->fail("stage or local");
-    hmd.stage = name == "stage";
-  }
-  if (const auto pose = json.find("X_WD")) hmd.X_WD = parse_pose(*pose);
-  if (const auto file = json.find("registration")) {
+void describe_hmd(Keys& keys, HmdRig& hmd, const Pose& X_WH) {
+  enum class Space { kStage, kLocal } space = Space::kStage;
+  keys("space", space, {"stage", "local"}, "OpenXR reference space");
+  hmd.stage = space == Space::kStage;
+  keys("X_WD", hmd.X_WD, describe_pose,
+       "measured pose of the reference space in W, instead of `distance_mm`, `below_mm` and `magnify`");
+  if (const auto file =
+          keys("registration", kFile, "a file of `calibrate register` instead of `X_WD`: X_WD = X_WH · X_DH⁻¹")) {
     if (hmd.X_WD) file->fail("either X_WD or registration");
-    // The file is a result of `calibrate register`. X_DH: pose of the haptic base in the headset's space D.
-    const Json found = Json::load(json.file().parent_path() / file->string());
-    hmd.X_WD = X_WH * inverse(parse_pose(found["X_DH"]));
+    // X_DH: pose of the haptic base in the headset's space D.
+    const Json found = Json::load(file->file().parent_path() / file->string());
+    hmd.X_WD = X_WH * inverse(read_keys(found["X_DH"], describe_pose));
   }
-  hmd.magnify = json.number_or("magnify", hmd.magnify, 0.1, 100);
-  if (hmd.X_WD && hmd.magnify != 1) json["magnify"].fail("1, where the space is measured: the arm is life-size");
-  hmd.distance = json.number_or("distance_mm", hmd.distance / kMillimetre, 100, 5000) * kMillimetre;
-  hmd.below = json.number_or("below_mm", hmd.below / kMillimetre, -2000, 2000) * kMillimetre;
-  hmd.passthrough = json.boolean_or("passthrough", hmd.passthrough);
-  hmd.depth = json.boolean_or("depth", hmd.depth);
-  hmd.refresh_hz = json.number_or("refresh_hz", 0, 0, 1000);
-  hmd.resolution = json.number_or("resolution", 1, 0.1, 2);
-  hmd.wait = json.number_or("wait_s", hmd.wait, 0.1, 3600);
-  hmd.stall = json.number_or("stall_s", hmd.stall, 0.1, 60);
-  if (const auto tip = json.find("tip_mm")) hmd.tip = point_mm(*tip);
-  return hmd;
+  keys("magnify", hmd.magnify, {0.1, 100}, "magnification, also of a controller's motion");
+  if (hmd.X_WD && hmd.magnify != 1)
+    (*keys.json())["magnify"].fail("1, where the space is measured: the arm is life-size");
+  keys("distance_mm", hmd.distance, {100, 5000, kMillimetre}, "distance of the work in front of the eyes");
+  keys("below_mm", hmd.below, {-2000, 2000, kMillimetre}, "distance of the work below the eyes");
+  keys("passthrough", hmd.passthrough, "true: shows the real room (blend modes, XR_FB_passthrough)");
+  keys("depth", hmd.depth, "false: no depth layer");
+  keys("refresh_hz", hmd.refresh_hz, {0, 1000}, "display rate; 0: the runtime's choice");
+  keys("resolution", hmd.resolution, {0.1, 2}, "factor on the recommended resolution");
+  keys("wait_s", hmd.wait, {0.1, 3600}, "longest wait until the headset is put on");
+  keys("stall_s", hmd.stall, {0.1, 60}, "the session ends if the runtime does not answer for this time");
+  keys("tip_mm", hmd.tip, kMillimetre, "centre of the tool's head in the controller's aim frame");
 }
 
 }  // namespace
@@ -157,42 +142,50 @@ DisplayRig load_rig(const std::filesystem::path& file) {
 }
 
 DisplayRig parse_rig(const Json& json) {
-  json.allow_only({"display", "screen", "mirror", "head", "X_WH", "left_X_WH", "hand", "left_hand", "pedal",
-                   "pedal_limit_s", "calibration", "hmd", "magnify", "magnify_about_mm"});
-  DisplayRig rig;
-  rig.kind = static_cast<DisplayKind>(index_of(kKinds, json["display"]));
-  if (const auto screen = json.find("screen"))
-    rig.screen = parse_screen(*screen);
-  else if (rig.kind == DisplayKind::kMirror)
-    json["screen"];  // throws Error if the key is missing, because a mirror rig needs a measured screen
-  if (const auto mirror = json.find("mirror")) rig.mirror = parse_mirror(*mirror);
-  if (const auto head = json.find("head")) rig.head = parse_head(*head);
-  if (const auto base = json.find("X_WH")) rig.X_WH = parse_pose(*base);
-  if (const auto calibration = json.find("calibration"); calibration && calibration->is_object()) {
+  return read_keys(json, describe_rig);
+}
+
+void describe_rig(Keys& keys, DisplayRig& rig) {
+  const Json* json = keys.json();
+  keys(must("display"), rig.kind, kKinds, "kind of display; `hmd`: a headset");
+  keys("screen", rig.screen, describe_screen, "the panel; required for `mirror`");
+  if (json && rig.kind == DisplayKind::kMirror) (void)(*json)["screen"];
+  keys("mirror", rig.mirror, describe_mirror, "the mirror in which the user sees the panel");
+  keys("head", rig.head, describe_head, "the user's eyes");
+  keys("X_WH", rig.X_WH, describe_pose, "pose in W of the base of the hand's device");
+  keys("left_X_WH", rig.left_X_WH, describe_pose, "pose in W of the base of the second hand's device");
+  keys("hand", rig.hand,
+       "device by [address](#devices-and-outputs-by-address), such as `woodenhaptics:1234567` (serial number); options "
+       "of the same names override the three devices");
+  keys("left_hand", rig.left_hand, "device of the second hand");
+  keys("pedal", rig.pedal, "foot pedal");
+  keys("pedal_limit_s", rig.pedal_limit, {1, 3600},
+       "a pedal pressed for longer counts as stuck: the drill stops. Default: 120");
+  const auto calibration =
+      keys("calibration", kAnyObject,
+           "results of [`calibrate`](../calibration/README.md); `steps.arm.misfit`: why an arm's poses were rejected");
+  if (calibration && calibration->is_object()) {
     const auto steps = calibration->find("steps");
     const auto step = steps && steps->is_object() ? steps->find("arm") : std::nullopt;
     const auto arm = calibration->find("arm");
     if (arm && step && step->is_object() && !step->has("misfit")) rig.arm = read_arm_geometry(*arm);
   }
-  if (const auto hmd = json.find("hmd")) rig.hmd = parse_hmd(*hmd, rig.X_WH);
-  if (const auto base = json.find("left_X_WH")) rig.left_X_WH = parse_pose(*base);
-  rig.hand = json.string_or("hand", "");
-  rig.left_hand = json.string_or("left_hand", "");
-  rig.pedal = json.string_or("pedal", "");
-  rig.pedal_limit = json.number_or("pedal_limit_s", 0, 1, 3600);
-  rig.magnify = json.number_or("magnify", 1, 0.1, 100);
-  if (rig.kind == DisplayKind::kHmd && json.has("magnify"))
-    json["magnify"].fail("in \"hmd\": a headset's work is put before the user with it");
-  if (const auto about = json.find("magnify_about_mm")) rig.magnify_about = point_mm(*about);
-  if (rig.magnify_about && rig.magnify == 1) json["magnify_about_mm"].fail("\"magnify\" beside it");
-  if (rig.kind != DisplayKind::kHmd) {
-    try {
-      (void)eye_views(rig);
-    } catch (const Error& e) {
-      (json.has("head") ? json["head"]["eye_center_mm"] : json).fail(e.what(), "eyes in front of the picture");
-    }
+  keys(
+      "hmd", [&](Keys& of) { describe_hmd(of, rig.hmd, rig.X_WH); }, "[headset](#the-rig-of-a-headset)");
+  keys("magnify", rig.magnify, {0.1, 100}, "[magnification](#magnification)");
+  if (json && rig.kind == DisplayKind::kHmd && json->has("magnify"))
+    (*json)["magnify"].fail("in \"hmd\": a headset's work is put before the user with it");
+  if (const auto about =
+          keys("magnify_about_mm", kPoint, "centre of the magnification; default: middle of the tissue's upper side")) {
+    rig.magnify_about = about->vec3() * kMillimetre;
+    if (rig.magnify == 1) about->fail("\"magnify\" beside it");
   }
-  return rig;
+  if (!json || rig.kind == DisplayKind::kHmd) return;
+  try {
+    (void)eye_views(rig);
+  } catch (const Error& e) {
+    (json->has("head") ? (*json)["head"]["eye_center_mm"] : *json).fail(e.what(), "eyes in front of the picture");
+  }
 }
 
 DisplayRig magnified(const DisplayRig& rig, const dvec3& about) {

@@ -98,6 +98,7 @@ DisplayRig magnified(const DisplayRig& rig, const dvec3& about);
 /// Reads a rig (docs/interface.md). Throws Error.
 DisplayRig load_rig(const std::filesystem::path& file);
 DisplayRig parse_rig(const Json& json);
+void describe_rig(Keys& keys, DisplayRig& rig);
 
 struct ClipRange {
   double near = 0.1;  // m, distance of the near plane along the picture's normal

@@ -11,10 +11,6 @@
 #include "engine/contract/field_brick.h"
 #include "engine/contract/tissue.h"
 
-namespace typodont {
-class Keys;
-}
-
 namespace typodont::session {
 
 struct ThermalMaterial {

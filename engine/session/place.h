@@ -10,10 +10,6 @@
 #include "engine/session/cavity.h"
 #include "engine/session/strings.h"
 
-namespace typodont {
-class Keys;
-}
-
 namespace typodont::session {
 
 /// Orientation of a tooth in frame W: perpendicular unit vectors.

@@ -18,10 +18,6 @@
 #include "engine/session/explore.h"
 #include "engine/session/implant_measures.h"
 
-namespace typodont {
-class Keys;
-}
-
 namespace typodont::session {
 
 /// Before scoring, sets the time of each tick to its index divided by the servo rate.

@@ -4,8 +4,9 @@
 #include <cmath>
 
 #include "engine/base/error.h"
-#include "engine/base/json.h"
+#include "engine/base/keys.h"
 #include "engine/base/units.h"
+#include "haptics/described.h"
 
 namespace typodont::haptics {
 
@@ -41,98 +42,98 @@ std::int64_t Arm::reach(int i, double dt) const {
   return std::min<std::int64_t>(32'000, static_cast<std::int64_t>(per_second * dt) + 8);
 }
 
-Arm read_arm(const std::filesystem::path& file) {
-  const Json json = Json::load(file);
-  json.allow_only({"name",
-                   "source",
-                   "linkage",
-                   "capstan_mm",
-                   "body_mm",
-                   "lengths_mm",
-                   "origin_mm",
-                   "torque_constant_Nm_per_A",
-                   "encoder_counts",
-                   "aligned",
-                   "home_counts",
-                   "home_deg",
-                   "current_limit_A",
-                   "force_limit_N",
-                   "stiffness_N_per_m",
-                   "continuous_force_N",
-                   "joint_speed_rad_per_s",
-                   "vibration_band_Hz",
-                   "silence_ms",
-                   "gravity"});
-  Arm arm;
-  arm.name = json["name"].string();
-  const std::string linkage = json["linkage"].string();
-  if (linkage != "serial" && linkage != "five_bar") json["linkage"].fail("serial or five_bar");
-  arm.linkage = linkage == "serial" ? Arm::Linkage::kSerial : Arm::Linkage::kFiveBar;
+namespace {
 
-  const auto positive3 = [&](const char* key) {
-    const dvec3 v = json[key].vec3();
-    if (!(v.x > 0 && v.y > 0 && v.z > 0)) json[key].fail("three positive numbers");
-    return v;
+void describe_gravity(Keys& keys, Arm& arm) {
+  if (keys.json() && arm.linkage != Arm::Linkage::kSerial)
+    keys.json()->fail("a serial linkage, where the masses act as written");
+  keys(must("mass_b_kg"), arm.mass_b, {0, 5}, "mass of the body B");
+  keys(must("mass_c_kg"), arm.mass_c, {0, 5}, "mass of the body C");
+  keys(must("center_b_mm"), arm.center_b, {0, 2000, kMillimetre}, "distance of the centre of mass of B from its joint");
+  keys(must("center_c_mm"), arm.center_c, {0, 2000, kMillimetre}, "distance of the centre of mass of C from its joint");
+}
+
+void describe_arm(Keys& keys, Arm& arm) {
+  const auto positive = [&](const char* name, dvec3& value, double unit, std::string_view meaning) {
+    const auto json = keys(must(name), kThree, meaning);
+    if (!json) return;
+    const dvec3 v = json->vec3();
+    if (!(v.x > 0 && v.y > 0 && v.z > 0)) json->fail("three positive numbers");
+    value = v * unit;
   };
-  arm.capstan = positive3("capstan_mm") * kMillimetre;
-  arm.body = positive3("body_mm") * kMillimetre;
-  arm.torque_constant = positive3("torque_constant_Nm_per_A");
-  const std::size_t links = arm.linkage == Arm::Linkage::kSerial ? 3 : 6;
-  const std::vector<double> lengths = json["lengths_mm"].numbers(links);
-  for (const double l : lengths) {
-    if (!(l > 0 && l < 2000)) json["lengths_mm"].fail("lengths of 0 to 2000");
+  keys(must("name"), arm.name, "name of the arm");
+  keys.ignore("source");
+  keys(must("linkage"), arm.linkage, {"serial", "five_bar"}, "linkage of the bodies B and C");
+  positive("capstan_mm", arm.capstan, kMillimetre, "diameters of the motors' capstans");
+  positive("body_mm", arm.body, kMillimetre, "diameters of the bodies A, B, C");
+  if (const auto json =
+          keys(must("lengths_mm"), kNumbers, "lengths of the 3 (`serial`) or 6 (`five_bar`) links, 0–2000")) {
+    const bool serial = arm.linkage == Arm::Linkage::kSerial;
+    std::vector<double> lengths = json->numbers(serial ? 3 : 6);
+    for (double& l : lengths) {
+      if (!(l > 0 && l < 2000)) json->fail("lengths of 0 to 2000");
+      l *= kMillimetre;
+    }
+    if (serial)
+      arm.geometry.base = lengths[0], arm.geometry.upper = lengths[1], arm.geometry.fore = lengths[2];
+    else
+      std::ranges::copy(lengths, arm.L.begin());
   }
-  if (links == 3) {
-    arm.geometry.base = lengths[0] * kMillimetre;
-    arm.geometry.upper = lengths[1] * kMillimetre, arm.geometry.fore = lengths[2] * kMillimetre;
-  } else {
-    for (std::size_t i = 0; i < 6; ++i) arm.L[i] = lengths[i] * kMillimetre;
+  keys(must("origin_mm"), arm.geometry.origin, kMillimetre, "origin of the frame H relative to the arm's foot");
+  positive("torque_constant_Nm_per_A", arm.torque_constant, 1, "torque of each motor per ampere");
+  if (const auto json =
+          keys(must("encoder_counts"), kNumbers, "counts per turn of the encoders A to F; 0 (D, E, F): no encoder")) {
+    const std::vector<double> counts = json->numbers(6);
+    for (std::size_t i = 0; i < 6; ++i) {
+      if (counts[i] < (i < 3 ? 1 : 0) || counts[i] > 1e6) json->fail("1 to 1e6 for A, B, C; 0 to 1e6 for D, E, F");
+      arm.counts[i] = counts[i];
+    }
   }
-  arm.geometry.origin = json["origin_mm"].vec3() * kMillimetre;
-
-  const std::vector<double> counts = json["encoder_counts"].numbers(6);
-  for (std::size_t i = 0; i < 6; ++i) {
-    if (counts[i] < (i < 3 ? 1 : 0) || counts[i] > 1e6)
-      json["encoder_counts"].fail("1 to 1e6 for A, B, C; 0 to 1e6 for D, E, F");
-    arm.counts[i] = counts[i];
+  if (const auto json = keys(must("aligned"), kNumbers, "for each encoder 1: the angle falls when the count rises")) {
+    const std::vector<double> aligned = json->numbers(6);
+    for (std::size_t i = 0; i < 6; ++i) {
+      if (aligned[i] != 0 && aligned[i] != 1) json->fail("six flags, 0 or 1");
+      arm.sign[i] = aligned[i] == 1 ? -1 : 1;
+    }
   }
-  const std::vector<double> aligned = json["aligned"].numbers(6);
-  for (std::size_t i = 0; i < 6; ++i) {
-    if (aligned[i] != 0 && aligned[i] != 1) json["aligned"].fail("six flags, 0 or 1");
-    arm.sign[i] = aligned[i] == 1 ? -1 : 1;
-  }
-
-  arm.current_limit = json.number_or("current_limit_A", arm.current_limit, 0.01, 20);
-  arm.force_limit = json["force_limit_N"].number(0.01, 200);
-  arm.stiffness = json["stiffness_N_per_m"].number(1, 1e5);
-  arm.continuous_force = json.number_or("continuous_force_N", 0, 0, arm.force_limit);
-  arm.joint_speed = json.number_or("joint_speed_rad_per_s", arm.joint_speed, 1, 1000);
-  arm.vibration_band = json.number_or("vibration_band_Hz", 0, 0, 1000);
-  arm.silence = json.number_or("silence_ms", 0, 0, 20) * 1e-3;
-  if (const auto gravity = json.find("gravity")) {
-    gravity->allow_only({"mass_b_kg", "mass_c_kg", "center_b_mm", "center_c_mm"});
-    if (links != 3) gravity->fail("a serial linkage, where the masses act as written");
-    arm.mass_b = (*gravity)["mass_b_kg"].number(0, 5);
-    arm.mass_c = (*gravity)["mass_c_kg"].number(0, 5);
-    arm.center_b = (*gravity)["center_b_mm"].number(0, 2000) * kMillimetre;
-    arm.center_c = (*gravity)["center_c_mm"].number(0, 2000) * kMillimetre;
-  }
-
-  if (const auto degrees = json.find("home_deg")) {
-    if (json.has("home_counts")) degrees->fail("either home_deg or home_counts");
+  const auto home = keys("home_counts", kNumbers, "counts of the six encoders in the home position");
+  const auto degrees = keys("home_deg", kThree, "instead of `home_counts`: angles of A, B, C in the home position");
+  if (degrees) {
+    if (home) degrees->fail("either home_deg or home_counts");
     const dvec3 theta = degrees->vec3() * kDegree;
     for (int i = 0; i < 3; ++i) {
       const std::size_t k = static_cast<std::size_t>(i);
       arm.home[k] = std::llround(arm.sign[k] * theta[i] / arm.ratio(i) * arm.counts[k] / (2 * kPi));
     }
-  } else {
-    const std::vector<double> home = json["home_counts"].numbers(6);
+  } else if (const Json* json = keys.json()) {
+    const std::vector<double> counts = (*json)["home_counts"].numbers(6);
     for (std::size_t i = 0; i < 6; ++i) {
-      if (std::abs(home[i]) > 1e6) json["home_counts"].fail("counts of at most a million");
-      arm.home[i] = std::llround(home[i]);
+      if (std::abs(counts[i]) > 1e6) home->fail("counts of at most a million");
+      arm.home[i] = std::llround(counts[i]);
     }
   }
-  return arm;
+  constexpr double kMaxForce = 200;  // N
+  keys("current_limit_A", arm.current_limit, {0.01, 20}, "largest motor current");
+  keys(must("force_limit_N"), arm.force_limit, {0.01, kMaxForce}, "largest force");
+  keys(must("stiffness_N_per_m"), arm.stiffness, {1, 1e5}, "largest stiffness");
+  keys("continuous_force_N", arm.continuous_force, {0, keys.json() ? arm.force_limit : kMaxForce},
+       "force that the motors can give permanently; at most `force_limit_N`");
+  keys("joint_speed_rad_per_s", arm.joint_speed, {1, 1000},
+       "largest speed of a joint; a faster change of a count is an encoder error");
+  keys("vibration_band_Hz", arm.vibration_band, {0, 1000}, "largest vibration frequency");
+  keys("silence_ms", arm.silence, {0, 20, 1e-3}, "time without a write after which the force becomes zero; 0: 1.8 ms");
+  keys("gravity", arm, describe_gravity, "masses of a `serial` arm, to compensate its weight");
+}
+
+}  // namespace
+
+Arm read_arm(const std::filesystem::path& file) {
+  return read_keys(Json::load(file), describe_arm);
+}
+
+void list_arm(Keys& keys) {
+  Arm arm;
+  describe_arm(keys, arm);
 }
 
 dvec3 body_angles(const Arm& arm, const Counts& counts) {

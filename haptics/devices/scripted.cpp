@@ -7,10 +7,11 @@
 
 #include "engine/base/csv.h"
 #include "engine/base/error.h"
-#include "engine/base/json.h"
+#include "engine/base/keys.h"
 #include "engine/base/ticker.h"
 #include "engine/base/units.h"
 #include "engine/contract/session_length.h"
+#include "haptics/described.h"
 #include "haptics/scripted_hand.h"
 
 namespace typodont::haptics {
@@ -175,6 +176,23 @@ class SimulatedHand : public HapticDevice {
 
 }  // namespace
 
+void describe_hand(Keys& keys, HandModel& model) {
+  keys(must("path"), kFile, "the path, HAND.csv");
+  keys("mass_kg", model.mass, {1e-4, 1000}, "mass m");
+  keys("damping_Ns_per_m", model.damping, {0, 1e5}, "damping b");
+  constexpr Form kStiffness{"number or [x, y, z]", R"({"type": ["number", "array"]})"};
+  if (const auto k = keys("stiffness_N_per_m", kStiffness, "stiffness K; default 0")) {
+    model.stiffness = k->is_array() ? k->vec3() : dvec3(k->number(0));
+    if (model.stiffness.x < 0 || model.stiffness.y < 0 || model.stiffness.z < 0) k->fail("no negative stiffness");
+  }
+  keys("push_N", model.push, 1.0, "constant push");
+  const auto tremor = [&](Keys& of) {
+    of(must("amplitude_N"), model.tremor_amplitude, {0, 100}, "amplitude on each axis");
+    of("frequency_Hz", model.tremor_frequency, {0.1, 1000}, "frequency");
+  };
+  keys("tremor", tremor, "sinusoidal tremor");
+}
+
 std::unique_ptr<HapticDevice> make_scripted_hand(HandPath path, double rate, bool paced) {
   return std::make_unique<ScriptedHand>(std::move(path), rate, paced, "script:");
 }
@@ -193,20 +211,7 @@ std::unique_ptr<HapticDevice> open_scripted_hand(const std::filesystem::path& fi
   if (file.extension() != ".json")
     return std::make_unique<ScriptedHand>(read_hand_path(file, tools), rate, paced, address);
   const Json json = Json::load(file);
-  json.allow_only({"path", "mass_kg", "damping_Ns_per_m", "stiffness_N_per_m", "push_N", "tremor"});
-  HandModel model;
-  model.mass = json.number_or("mass_kg", model.mass, 1e-4, 1000);
-  model.damping = json.number_or("damping_Ns_per_m", model.damping, 0, 1e5);
-  if (const auto k = json.find("stiffness_N_per_m")) {
-    model.stiffness = k->is_array() ? k->vec3() : dvec3(k->number(0));
-    if (model.stiffness.x < 0 || model.stiffness.y < 0 || model.stiffness.z < 0) k->fail("no negative stiffness");
-  }
-  if (const auto push = json.find("push_N")) model.push = push->vec3();
-  if (const auto tremor = json.find("tremor")) {
-    tremor->allow_only({"amplitude_N", "frequency_Hz"});
-    model.tremor_amplitude = (*tremor)["amplitude_N"].number(0, 100);
-    model.tremor_frequency = tremor->number_or("frequency_Hz", model.tremor_frequency, 0.1, 1000);
-  }
+  const HandModel model = read_keys(json, describe_hand);
   return std::make_unique<SimulatedHand>(read_hand_path(path_of_hand(file, json), tools), model, rate, paced, address);
 }
 

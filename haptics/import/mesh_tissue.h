@@ -10,10 +10,6 @@
 #include "haptics/dense_tissue.h"
 #include "haptics/tissue_mesh.h"
 
-namespace typodont {
-class Keys;
-}
-
 namespace typodont::haptics {
 
 /// Options of the key "mesh" of a scene: {"file", "unit_mm", "move_mm", "tissue", "voxel_mm"}.

@@ -151,6 +151,10 @@ TEST_F(Options, BadInputIsNamedWithFilePlaceFoundAndExpectedAndLeavesNoFile) {
                     bur = R"(, "tool": "round_012")";
   scene(ball + R"(, "colour": 3)" + bur,
         {HasSubstr("x.json: line 2, \"colour\""), HasSubstr("unknown key"), HasSubstr("tissue")});
+  scene(ball + R"(, "case": {"family": "crown", "seed": 1, "dificulty": 0.5})" + bur,
+        {HasSubstr("\"case.dificulty\""), HasSubstr("(is \"difficulty\" meant?)")});
+  scene(ball + R"(, "model": {"packing": {"density": {"enamal": 1}}})" + bur,
+        {HasSubstr("density.enamal\""), HasSubstr("(is \"enamel\" meant?)")});
   scene(ball + R"(, "tool": "hammer")", {HasSubstr("\"hammer\""), HasSubstr("round_012")});
   scene(solid("0.2", R"({"halfspace": {"normal": [0,0,1], "offset_mm": 0}})") + bur, {HasSubstr("domain_mm")});
   scene(solid("0.01", R"({"sphere": {"radius_mm": 500}})") + bur, {HasSubstr("voxels")});  // before any is allocated

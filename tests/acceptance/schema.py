@@ -1,4 +1,4 @@
-"""Checks `typodont schema` against the shipped files, docs/scene_format.md and docs/tasks.md. Usage: schema.py PROGRAM CLAIM"""
+"""Checks `typodont schema` against the shipped files and the tables of docs/. Usage: schema.py PROGRAM CLAIM"""
 import glob
 import json
 import subprocess
@@ -15,6 +15,8 @@ FILES = {
     "procedure": "implants/procedures/*.json",
     "row": "jaw/*.json",
     "tooth": "teeth/forms/*.json",
+    "rig": "rigs/*.json",
+    "arm": "devices/*.json",
 }
 program, claim = sys.argv[1:]
 
@@ -24,7 +26,7 @@ def schema(*arguments):
 
 
 def misspelt(value):
-    """The value with each key misspelt, one at a time, but in `case` and `density`, and once in like items of a list."""
+    """The value with each key misspelt, one at a time, and once in like items of a list."""
     if isinstance(value, list):
         seen = []
         for i, item in enumerate(value):
@@ -35,9 +37,8 @@ def misspelt(value):
     elif isinstance(value, dict):
         for key in value:
             yield {name + "s" * (name == key): item for name, item in value.items()}
-            if key not in ("case", "density"):
-                for inner in misspelt(value[key]):
-                    yield {**value, key: inner}
+            for inner in misspelt(value[key]):
+                yield {**value, key: inner}
 
 
 def every_shipped_file_is_valid_and_no_misspelt_key_is():
@@ -55,15 +56,15 @@ def every_shipped_file_is_valid_and_no_misspelt_key_is():
                 assert not validator.is_valid(wrong), f"{file}: {wrong}"
 
 
-def the_page_of_scenes_has_the_tables():
+def the_pages_have_the_tables():
     page = ""
-    for name in ("scene_format", "tasks"):
+    for name in ("scene_format", "tasks", "interface", "devices"):
         with open(f"docs/{name}.md") as text:
             page += text.read()
-    for kind in [*FILES, "paint"]:
+    for kind in [*FILES, "paint", "hand"]:
         for table in schema(kind, "--tables").strip().split("\n\n"):
             name, rows = table.split("\n", 1)
-            assert rows in page, f"docs/scene_format.md and docs/tasks.md lack the keys of {name}\n{rows}"
+            assert rows in page, f"the pages lack the keys of {name}\n{rows}"
 
 
-{f.__name__: f for f in (every_shipped_file_is_valid_and_no_misspelt_key_is, the_page_of_scenes_has_the_tables)}[claim]()
+{f.__name__: f for f in (every_shipped_file_is_valid_and_no_misspelt_key_is, the_pages_have_the_tables)}[claim]()

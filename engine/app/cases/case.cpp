@@ -14,6 +14,7 @@
 #include "engine/app/cases/scanned_tooth.h"
 #include "engine/app/planning/volume_beside.h"
 #include "engine/base/error.h"
+#include "engine/base/keys.h"
 #include "engine/base/partial_file.h"
 
 namespace typodont {
@@ -179,12 +180,6 @@ std::string in_words(const CaseTooth& tooth) {
   return fmt::format("{} ({}){}", tooth.name, tooth.type, tooth.scan ? "" : fmt::format(", {:.0f} years", tooth.age));
 }
 
-CaseIdentity read_case(const Json& json) {
-  const auto icdas = json.find("icdas");
-  return {json["family"].string(), static_cast<std::uint64_t>(json["seed"].integer(0)), json["difficulty"].number(0, 1),
-          icdas ? static_cast<int>(icdas->integer(1, 6)) : 0};
-}
-
 nlohmann::ordered_json json_of(const CaseIdentity& made) {
   nlohmann::ordered_json json = {{"family", made.family}, {"seed", made.seed}, {"difficulty", made.difficulty}};
   if (made.icdas > 0) json["icdas"] = made.icdas;
@@ -193,7 +188,7 @@ nlohmann::ordered_json json_of(const CaseIdentity& made) {
 
 std::optional<CaseIdentity> case_in(const Json& scene) {
   const auto made = scene.find("case");
-  return made ? std::optional(read_case(*made)) : std::nullopt;
+  return made ? std::optional(read_keys(*made, describe_case)) : std::nullopt;
 }
 
 std::vector<CaseFamily> case_families() {
@@ -249,7 +244,7 @@ Case make_case(const CaseRequest& request, const fs::path& out, const std::vecto
     draft.tissue = sample_tooth(result.tooth, kVoxel, draft.gum ? &*draft.gum : nullptr);
     apply_lesions(draft);
     check_tissue(draft);
-    draft.tissue = turned(draft.tissue, draft.turn);
+    if (draft.turn != glm::dmat3(1)) draft.tissue = turned(draft.tissue, draft.turn);
     draft.tissue.frame.origin += draft.offset;
     haptics::TissueVolume(draft.tissue).save(volume_file.path());
   }

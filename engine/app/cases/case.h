@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/app/cases/tooth.h"
+#include "engine/app/scene.h"
 #include "engine/base/json.h"
 #include "engine/session/score.h"
 #include "engine/session/task.h"
@@ -23,14 +24,6 @@ struct CaseFamily {
 };
 std::vector<CaseFamily> case_families();
 
-struct CaseIdentity {
-  std::string family;
-  std::uint64_t seed = 1;
-  double difficulty = 0.5;  // 0: easiest, 1: most difficult
-  int icdas = 0;            // code of the lesion, 1 to 6 (on a root 1 or 2); 0: no coded lesion
-};
-// The value of the key "case" in scenes, reports and cached scores. read_case() throws Error.
-CaseIdentity read_case(const Json& json);
 nlohmann::ordered_json json_of(const CaseIdentity& made);
 /// The key "case" of a scene; empty if the scene is no generated case. Throws Error.
 std::optional<CaseIdentity> case_in(const Json& scene);

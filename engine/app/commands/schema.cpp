@@ -1,4 +1,4 @@
-// `typodont schema`: the keys of scenes and of the files that they name, for editors and for docs/scene_format.md.
+// `typodont schema`: the keys of scenes, rigs and other files, for editors and for the tables in docs/.
 #include <fmt/format.h>
 
 #include <map>
@@ -13,7 +13,9 @@
 #include "engine/app/tissue/row.h"
 #include "engine/app/tissue/tooth_form.h"
 #include "engine/base/keys.h"
+#include "engine/display/display_rig.h"
 #include "haptics/described.h"
+#include "haptics/scripted_hand.h"
 
 namespace typodont {
 
@@ -46,7 +48,10 @@ const std::map<std::string, void (*)(Keys&)> kSchemas = {
     {"procedure", list_procedure},
     {"paint", list_kinds<describe_paint_file, std::vector<PaintStroke>>},
     {"row", list_kinds<describe_tooth_row, ToothRow>},
-    {"tooth", list_kinds<describe_tooth_form, ToothForm>}};
+    {"tooth", list_kinds<describe_tooth_form, ToothForm>},
+    {"rig", list_kinds<display::describe_rig, display::DisplayRig>},
+    {"arm", haptics::list_arm},
+    {"hand", list_kinds<haptics::describe_hand, haptics::HandModel>}};
 
 struct SchemaOptions {
   std::string kind = "scene";

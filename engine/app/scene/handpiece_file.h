@@ -10,8 +10,6 @@
 
 namespace typodont {
 
-class Keys;
-
 /// Returns the file name of the tool's handpiece in assets/handpieces/; empty: none. The first rule that applies
 /// decides:
 ///   1. the tool's own key "handpiece";

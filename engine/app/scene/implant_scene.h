@@ -16,8 +16,6 @@
 
 namespace typodont {
 
-class Keys;
-
 /// Loads FOLDER/NAME.json. Throws Error that names the available tools.
 haptics::Tool load_set_tool(const std::filesystem::path& folder, const Json& name);
 

@@ -10,7 +10,6 @@ namespace typodont {
 
 namespace {
 
-constexpr Form kThree{"three numbers", kPoint.schema};
 constexpr double kMegapascal = 1e6;
 
 void describe_soft_law(Keys& keys, haptics::SoftLaw& law) {

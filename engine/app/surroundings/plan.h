@@ -13,8 +13,6 @@
 
 namespace typodont {
 
-class Keys;
-
 /// A neighbour: mirror image of the working tooth. m, frame W.
 struct NeighbourTooth {
   dvec3 contact{0, 0, 0};  // point where both teeth touch, in the mirror plane

@@ -12,8 +12,6 @@
 
 namespace typodont {
 
-class Keys;
-
 /// Nerves and vessels have no label of their own; they use the label of the pulp.
 inline constexpr Tissue kNerve = Tissue::kPulp;
 

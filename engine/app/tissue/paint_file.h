@@ -17,8 +17,6 @@
 
 namespace typodont {
 
-class Keys;
-
 /// A brush stroke: all tissue closer than `radius` to the segment from a to b. m, frame W.
 struct PaintStroke {
   Tissue tissue = Tissue::kCaries;

@@ -11,8 +11,6 @@
 
 namespace typodont {
 
-class Keys;
-
 /// A hill of the chewing surface (cusp, ridge or edge): a cone with a rounded tip.
 struct ToothHill {
   glm::dvec2 at{0, 0};       // m, x and y
