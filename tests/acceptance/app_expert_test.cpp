@@ -91,7 +91,7 @@ TEST(AmalgamFilling, ACarvedFillingScoresMoreThanAnUncarvedOneAndNoFillingScores
     return 100 * score.points / score.full;
   };
   // Carries out every plan exactly, without a servo.
-  Expert expert(scene, start, kExactClearance);
+  Expert expert(scene, start, kExactMargins);
   haptics::TissueVolume left = start.clone();
   std::optional<haptics::TissueVolume> uncarved;  // the tissue after the condenser alone
   std::ptrdiff_t drawn = 0;                       // strokes of an edge
@@ -148,7 +148,7 @@ TEST(ExpertHand, AReamerOfTheCupsOwnSizeGoesStraightInAfterTheSmallerOnes) {
       "task": {"goal": "cut", "ideal": {"remove": [{"sphere": {"center_mm": [0.3, 0.1, 0], "radius_mm": 8}}]}}})");
   const Scene scene = read_scene(folder.path() / "scene.json");
   const haptics::TissueVolume start = load_tissue(scene);
-  Expert expert(scene, start, kExactClearance);
+  Expert expert(scene, start, kExactMargins);
   std::vector<std::uint32_t> taken;
   for (const ExpertLeg& leg : expert.plan(start)) {
     if (leg.kind == ExpertLeg::Kind::kTake) taken.push_back(leg.tool);

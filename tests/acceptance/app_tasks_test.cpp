@@ -145,7 +145,7 @@ TEST_P(SolvableTask, TheIdealScoresFullAGoodHandHighACarelessHandLowAndNoWorkZer
   const haptics::Tool tool = load_tool(task.tool);
   session::Preparation work = bench.judge.preparation(bench.start);
   work.ideal = session::redistanced(work.ideal);
-  const auto strokes = plan_strokes(work, tool, {.step = task.step * 1e-3});
+  const auto strokes = plan_strokes(work, tool, {.step = task.step * 1e-3}).strokes;
   const session::Score good = bench.score(bench.carved(strokes, tool));
   EXPECT_GT(percent(good), 90) << explained(good);
 

@@ -154,7 +154,7 @@ void grade(Case& result, const Json& text, const Scene& scene, const glm::dmat3&
     ImplantExpert expert(scene, kRate), careless(misread(scene), kRate);
     perform_both(expert, careless);
   } else {
-    Expert expert(scene, start, kExactClearance);
+    Expert expert(scene, start, kExactMargins);
     const PerTissue before = start.volumes();
     const auto heat = heat_meter(scene, start);  // no stroke warms it
     const auto score = [&](const haptics::TissueVolume& after, const HandErrors& hand) {

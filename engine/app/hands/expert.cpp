@@ -58,9 +58,9 @@ struct Joining {
 /// than a tooth, so all lengths of the motion increase in proportion.
 constexpr double kVoxelOfATooth = 0.15e-3;
 
-ExpertGrip grip_of(const Scene& scene, double voxel, double clearance) {
+ExpertGrip grip_of(const Scene& scene, double voxel, const PlanMargins& margins) {
   ExpertGrip grip;
-  grip.clearance = clearance;
+  grip.margins = margins;
   grip.size = std::max(1.0, voxel / kVoxelOfATooth);
   for (const session::ScoreRule& rule : session::rules_of_scene(Json::parse(scene.text, scene.file.string()), {})) {
     if (rule.name == "force_mean_N" && rule.target > 0) grip.force = rule.target;
@@ -144,6 +144,8 @@ struct Rounds {
   // After filling, another round of cutting always follows. After cutting, another round follows only if the last
   // round left less than this fraction of the error.
   static constexpr double still_left = 0.5;
+  // The same for a deposit on the tooth, because each round takes only a part of the film that the last one left.
+  static constexpr double still_left_of_deposit = 0.9;
   static constexpr int max_cuts = 4;  // largest number of rounds of cutting
   // Thickness of excess filling that the first carving leaves, m.
   static constexpr double clearly_too_high = 0.1e-3;
@@ -153,24 +155,24 @@ struct Rounds {
   static constexpr int max_vain = 3;
 };
 
-/// Volume of tissue that differs from the ideal shape, m³.
-double remaining_difference(const session::Preparation& in) {
+/// Volume of tissue that differs from the ideal shape, m³. `voxel`: edge of a voxel, m.
+double remaining_difference(const session::DenseField& tissue, const session::DenseField& ideal, double voxel) {
   double sum = 0;
-  for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
-    sum += std::abs(session::fraction_inside(static_cast<double>(in.after.distance[i])) -
-                    session::fraction_inside(static_cast<double>(in.ideal.distance[i])));
+  for (std::size_t i = 0; i < tissue.distance.size(); ++i) {
+    sum += std::abs(session::fraction_inside(static_cast<double>(tissue.distance[i])) -
+                    session::fraction_inside(static_cast<double>(ideal.distance[i])));
   }
-  return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
+  return sum * voxel * voxel * voxel;
 }
 
-/// Volume in which filling is missing, m³.
-double missing_in(const session::Preparation& in) {
+/// Volume in which tissue is missing, m³.
+double missing_in(const session::DenseField& tissue, const session::DenseField& ideal, double voxel) {
   double sum = 0;
-  for (std::size_t i = 0; i < in.after.distance.size(); ++i) {
-    sum += std::max(0.0, session::fraction_inside(static_cast<double>(in.ideal.distance[i])) -
-                             session::fraction_inside(static_cast<double>(in.after.distance[i])));
+  for (std::size_t i = 0; i < tissue.distance.size(); ++i) {
+    sum += std::max(0.0, session::fraction_inside(static_cast<double>(ideal.distance[i])) -
+                             session::fraction_inside(static_cast<double>(tissue.distance[i])));
   }
-  return sum * in.frame.voxel * in.frame.voxel * in.frame.voxel;
+  return sum * voxel * voxel * voxel;
 }
 
 /// Mean diameter of the head over its length, m.
@@ -218,22 +220,32 @@ class Plan {
         if (!used[i] && tools_[i].cuts && tools_[i].turns() != by_hand) candidates.push_back({i, 0, {}});
       if (candidates.empty()) return;
       session::Preparation now = preparation();
-      const double before = remaining_difference(now);
-      const double most = std::min(ToolChoice::needed_reduction * before, before - ToolChoice::min_gain * whole_);
-      if (most <= missing_in(now)) return;  // cuts do not reduce what is missing
+      const double voxel = now.frame.voxel;
+      const bool tooth_stops = by_hand && has_deposit() && grip_.margins.into_tooth > 0;
+      // A planned cut into tissue that stops the instrument is no error.
+      const auto error = [&](const session::DenseField& tissue, const session::DenseField& ideal) {
+        return remaining_difference(tissue, ideal, voxel) - (tooth_stops ? missing_in(tissue, ideal, voxel) : 0);
+      };
+      // The largest error after cuts that are worth their time.
+      const auto worthwhile = [&](double before) {
+        return std::min(ToolChoice::needed_reduction * before, before - ToolChoice::min_gain * whole_);
+      };
+      // Cuts do not reduce what is missing.
+      if (worthwhile(error(now.after, now.ideal)) <= (tooth_stops ? 0 : missing_in(now.after, now.ideal, voxel)))
+        return;
       // The next strokes start from tissue after the earlier strokes. Filling leaves distances that are too large far
       // from it.
       now.before = fillers() > 0 ? session::redistanced(now.after) : now.after;
       now.ideal = true_distances(std::move(now.ideal));
+      const double before = error(now.before, ideal_), most = worthwhile(before);
       in_parallel(
           candidates.size(),
           [&](std::size_t k) {
             Candidate& candidate = candidates[k];
             const haptics::Tool& tool = tools_[candidate.tool];
-            candidate.strokes = plan(now, tool, by_hand, /*finish=*/true, min_thickness);
-            haptics::TissueVolume after = state_.clone();
-            carve_strokes(after, tool, candidate.strokes);
-            candidate.left = remaining_difference(judge_.preparation(after));
+            StrokePlan planned = plan(now, tool, by_hand, /*finish=*/true, min_thickness);
+            candidate.left = error(planned.left, ideal_);
+            candidate.strokes = std::move(planned.strokes);
           },
           {}, /*block=*/1);
       double least = most;
@@ -247,9 +259,9 @@ class Plan {
       if (!best) return;
       used[best->tool] = true;
       const haptics::Tool& tool = tools_[best->tool];
-      const bool other_finishes = least < ToolChoice::hardly_less * best->left;
+      const bool other_finishes = !tooth_stops && least < ToolChoice::hardly_less * best->left;
       const std::vector<Stroke> strokes =
-          other_finishes ? plan(now, tool, by_hand, /*finish=*/false, min_thickness) : std::move(best->strokes);
+          other_finishes ? plan(now, tool, by_hand, /*finish=*/false, min_thickness).strokes : std::move(best->strokes);
       log::info("{}: {} strokes, from {:.2f} to {:.2f} mm³ off", tool.name, strokes.size(), before * 1e9,
                 best->left * 1e9);
       if (goes_straight_in(strokes)) go_up_by_sizes(best->tool, strokes.front());
@@ -260,6 +272,8 @@ class Plan {
     }
   }
 
+  /// True if the task is to scrape a deposit off the tooth's own surface.
+  bool has_deposit() const { return compared_.contour && fillers() == 0; }
   /// Number of filling instruments in the tool set.
   std::size_t fillers() const {
     return static_cast<std::size_t>(
@@ -292,16 +306,17 @@ class Plan {
     ideal_ = std::move(field);
     return true_ideal_;
   }
-  std::vector<Stroke> plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand, bool finish,
-                           double min_thickness) const {
+  StrokePlan plan(const session::Preparation& now, const haptics::Tool& tool, bool by_hand, bool finish,
+                  double min_thickness) const {
     const bool coarse = tool.coarse();
     StrokeOptions options;
     options.step = std::clamp((coarse ? ToolChoice::coarse_pass : ToolChoice::pass) * tool.diameter,
                               grip_.size * ToolChoice::min_pass,
                               grip_.size * (coarse ? ToolChoice::max_coarse_pass : ToolChoice::max_pass));
-    options.into = grip_.size * (by_hand ? ToolChoice::edge_allowance : ToolChoice::allowance);
+    options.into = grip_.size * (by_hand ? ToolChoice::edge_allowance + (has_deposit() ? grip_.margins.into_tooth : 0)
+                                         : ToolChoice::allowance);
     options.around = around_;
-    options.clearance = grip_.clearance;
+    options.clearance = grip_.margins.clearance;
     options.size = grip_.size;
     options.least = by_hand ? min_thickness : std::max(min_thickness, grip_.size * ToolChoice::min_cut);
     options.finish = finish;
@@ -763,23 +778,24 @@ class Plan {
 
 }  // namespace
 
-Expert::Expert(const Scene& scene, const haptics::TissueVolume& start, double clearance)
+Expert::Expert(const Scene& scene, const haptics::TissueVolume& start, const PlanMargins& margins)
     : scene_(scene),
-      grip_(grip_of(scene, start.frame().voxel, clearance)),
+      grip_(grip_of(scene, start.frame().voxel, margins)),
       judge_(scene, start),
       around_(monitored_shape(scene.surroundings)),
       whole_(0) {
   if (!judge_.has_ideal()) {
     throw Error(scene.file.string(), "\"task\"", "no \"ideal\"", "a task that says how it should be left");
   }
-  whole_ = remaining_difference(judge_.preparation(start));
+  const session::Preparation work = judge_.preparation(start);
+  whole_ = remaining_difference(work.after, work.ideal, work.frame.voxel);
 }
 
 std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
   const session::Preparation compared = judge_.preparation(now);
   Plan plan(scene_, grip_, now, compared, judge_, around_ ? &*around_ : nullptr, whole_, filled_);
   // After several layers that added hardly any filling, the next instrument is used, which has a longer reach.
-  const double missing = missing_in(compared);
+  const double missing = missing_in(compared.after, compared.ideal, compared.frame.voxel);
   useless_layers_ = missing > missing_ - Rounds::min_layer ? useless_layers_ + 1 : 0;
   missing_ = std::min(missing_, missing);
   if (useless_layers_ > Rounds::max_vain) useless_layers_ = 0, ++instrument_;
@@ -797,10 +813,11 @@ std::vector<ExpertLeg> Expert::plan(const haptics::TissueVolume& now) {
     }
   }
   std::vector<ExpertLeg> legs = plan.take_legs();
-  const double off = remaining_difference(compared);
+  const double off = remaining_difference(compared.after, compared.ideal, compared.frame.voxel),
+               still_left = plan.has_deposit() ? Rounds::still_left_of_deposit : Rounds::still_left;
   if (!legs.empty()) {
     ++layers_;
-  } else if (cuts_ < Rounds::max_cuts && (cuts_ == 0 || layers_ > layers_cut_ || off < Rounds::still_left * off_)) {
+  } else if (cuts_ < Rounds::max_cuts && (cuts_ == 0 || layers_ > layers_cut_ || off < still_left * off_)) {
     if (layers_ > 0 && cuts_ == 0)
       log::info("filled in {} layers: {:.2f} mm³ missing, {:.2f} mm³ too much", layers_, missing * 1e9,
                 (off - missing) * 1e9);

@@ -36,17 +36,24 @@ struct ExpertLeg {
   bool rough = false;   // true: bulk removal with a coarse tool and wide tolerance
 };
 
-/// m, smallest distance of planned cuts from neighbouring teeth and gum: if the plan is followed exactly; if a
-/// trembling hand moves the tool through the servo.
-inline constexpr double kExactClearance = 0.03e-3, kHandClearance = 0.08e-3;
+/// Margins of planned cuts, m.
+struct PlanMargins {
+  double clearance = 0;  // smallest distance of the head from neighbouring teeth and gum
+  /// Additional depth of a hand instrument that scrapes a deposit, such as calculus, off the tooth. The tooth is harder
+  /// and stops the instrument, so the hand presses on the last film of the deposit.
+  double into_tooth = 0;
+};
+/// Margins of a plan that is followed exactly, and of one that a trembling hand follows through the servo.
+inline constexpr PlanMargins kExactMargins{.clearance = 0.03e-3},
+    kHandMargins{.clearance = 0.08e-3, .into_tooth = 0.05e-3};
 
 /// Size of the treated object, distances and forces, which scale the motion.
 struct ExpertGrip {
   // Factor on all lengths of the motion; 1 for a tooth.
   double size = 1;
-  double clearance = 0;  // m, smallest distance of the head from neighbouring teeth and gum
-  double force = 1;      // N, mean force that the task requires
-  double lead = 1e-3;    // m, distance of the hand ahead of the tool at the mean force
+  PlanMargins margins;
+  double force = 1;    // N, mean force that the task requires
+  double lead = 1e-3;  // m, distance of the hand ahead of the tool at the mean force
   double max_force = std::numeric_limits<double>::infinity();  // N, largest force of a cut
 };
 
@@ -61,9 +68,9 @@ struct FilledSpot {
 /// fillings in layers and carves them.
 class Expert {
  public:
-  /// `start`: the tissue at the session's start. `clearance`: kExactClearance or kHandClearance. Throws Error if the
-  /// task has no target shape (ideal).
-  Expert(const Scene& scene, const haptics::TissueVolume& start, double clearance);
+  /// `start`: the tissue at the session's start. `margins`: kExactMargins or kHandMargins. Throws Error if the task
+  /// has no target shape (ideal).
+  Expert(const Scene& scene, const haptics::TissueVolume& start, const PlanMargins& margins);
   /// Plans one layer of filling, or all cutting and carving. If no tool improves the result, the first call throws
   /// Error, and later calls return an empty plan.
   std::vector<ExpertLeg> plan(const haptics::TissueVolume& now);

@@ -72,7 +72,7 @@ struct Rhythm {
 
 PlanningExpert::PlanningExpert(const Scene& scene, haptics::Carver& carver, double rate)
     : carver_(carver),
-      expert_(scene, load_untouched(scene), kHandClearance),
+      expert_(scene, load_untouched(scene), kHandMargins),
       hand_(expert_.plan(carver.volume()), rate, expert_.grip()) {}
 
 bool PlanningExpert::read(haptics::HandSample& sample) noexcept {

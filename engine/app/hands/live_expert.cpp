@@ -34,7 +34,7 @@ class LiveExpert final : public haptics::HapticDevice {
   LiveExpert(const Scene& scene, const haptics::TissueVolume& start, Wiring& wiring, double rate, bool paced)
       : wiring_(wiring),
         paced_(paced),
-        expert_(scene, load_untouched(scene), kHandClearance),
+        expert_(scene, load_untouched(scene), kHandMargins),
         hand_(expert_.plan(start), rate, expert_.grip()),
         ticker_(rate, paced) {
     planner_ = std::jthread([this](std::stop_token stop) { plan_when_asked(stop); });

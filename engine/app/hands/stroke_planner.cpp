@@ -87,15 +87,20 @@ class StrokePlanner {
     add_tree(std::move(shank), shank_tree_);
   }
 
-  std::vector<Stroke> plan() {
-    if (!find_bounds()) return {};
+  StrokePlan plan() {
+    if (find_bounds()) add_all();
+    return {std::move(strokes_), std::move(left_)};
+  }
+
+ private:
+  void add_all() {
     if (auto way = close_fit()) take(*way, /*closed=*/false);
     find_layers();
     for (Layer& layer : layers_) {
       rows(layer);
       for (Chain& wall : walls_at(layer.height)) take(wall, /*closed=*/true);
     }
-    if (!options_.finish || layers_.empty()) return std::move(strokes_);
+    if (!options_.finish || layers_.empty()) return;
     bulk_ = false;
     // Cuts along the walls, first at the heights of the floor's flat
     // parts, then upwards: a long head cuts a steep wall in one pass.
@@ -104,10 +109,8 @@ class StrokePlanner {
     for (double height = layers_.back().height; height < layers_.front().height; height += options_.step) {
       for (Chain& wall : walls_at(height)) take(wall, /*closed=*/true);
     }
-    return std::move(strokes_);
   }
 
- private:
   using Chain = std::vector<dvec3>;
   struct Layer {
     double height = 0;             // m, height of the layer
@@ -777,8 +780,7 @@ dquat toward(const dvec3& axis_W) {
   return glm::angleAxis(std::atan2(s, c), turn / s);
 }
 
-std::vector<Stroke> plan_strokes(const session::Preparation& in, const haptics::Tool& tool,
-                                 const StrokeOptions& options) {
+StrokePlan plan_strokes(const session::Preparation& in, const haptics::Tool& tool, const StrokeOptions& options) {
   return StrokePlanner(in, tool, options).plan();
 }
 

@@ -18,6 +18,11 @@ struct Stroke {
   bool in_air = false;   // true: connection between two passes, without contact
 };
 
+struct StrokePlan {
+  std::vector<Stroke> strokes;
+  session::DenseField left;  // tissue that is left if the strokes are followed exactly, on the preparation's grid
+};
+
 struct StrokeOptions {
   double step = 0;                            // m, distance between two passes along floor and walls
   double into = 0;                            // m, depth to which the head may enter the ideal shape
@@ -36,8 +41,8 @@ dquat toward(const dvec3& axis_W);
 /// parallel to the preparation's axis and does not touch the ideal shape.
 ///   `preparation`: its ideal shape must have true distances (session::redistanced). In air, distances before the
 ///   work may be smaller than the true ones, but not larger.
-std::vector<Stroke> plan_strokes(const session::Preparation& preparation, const haptics::Tool& tool,
-                                 const StrokeOptions& options);
+StrokePlan plan_strokes(const session::Preparation& preparation, const haptics::Tool& tool,
+                        const StrokeOptions& options);
 
 /// Removes the volume of the strokes from the tissue without a servo, as if a tool followed the strokes exactly.
 void carve_strokes(haptics::TissueVolume& volume, const haptics::Tool& tool, const std::vector<Stroke>& strokes);
