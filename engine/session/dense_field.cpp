@@ -1,6 +1,7 @@
 #include "engine/session/dense_field.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -230,7 +231,7 @@ TrueDistances::TrueDistances(DenseField field)
     for (const auto& [at, closest] : slice) {
       // Starts with the distance that the field states; a nearer surface point of another voxel replaces it.
       nearest.set(at, static_cast<std::uint32_t>(seeds_.size()), closest, field_.distance[at] * field_.distance[at]);
-      seeds_.push_back({closest, false, {}});
+      seeds_.push_back({closest, Seed::kNone, {}});
     }
   }
   nearest.pass_all<true>();
@@ -240,8 +241,11 @@ TrueDistances::TrueDistances(DenseField field)
 }
 
 float TrueDistances::operator[](std::size_t at) const {
-  if (std::isnan(known_[at])) known_[at] = computed(at);
-  return known_[at];
+  // Threads that compute the same distance at the same time store equal values.
+  const std::atomic_ref known(known_[at]);
+  float distance = known.load(std::memory_order_relaxed);
+  if (std::isnan(distance)) known.store(distance = computed(at), std::memory_order_relaxed);
+  return distance;
 }
 
 double TrueDistances::sample(const glm::dvec3& p) const {
@@ -257,12 +261,16 @@ DenseField TrueDistances::all() && {
   return {field_.size, std::move(known_)};
 }
 
-const std::optional<glm::dvec3>& TrueDistances::normal_of(Seed& seed) const {
-  if (!seed.has_normal) {
-    seed.normal = normal_at(field_, glm::dvec3(seed.closest));
-    seed.has_normal = true;
+std::optional<glm::dvec3> TrueDistances::normal_of(Seed& seed) const {
+  const std::atomic_ref state(seed.state);
+  if (state.load(std::memory_order_acquire) == Seed::kKnown) return seed.normal;
+  const std::optional<glm::dvec3> normal = normal_at(field_, glm::dvec3(seed.closest));
+  Seed::State expected = Seed::kNone;
+  if (state.compare_exchange_strong(expected, Seed::kWritten, std::memory_order_relaxed)) {
+    seed.normal = normal;
+    state.store(Seed::kKnown, std::memory_order_release);
   }
-  return seed.normal;
+  return normal;
 }
 
 bool TrueDistances::is_beside_surface(std::size_t at) const {

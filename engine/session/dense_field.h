@@ -30,7 +30,7 @@ double fraction_inside(double distance);
 /// Corrects a distance field that is exact only near its surface, for example after cuts. Passes closest points from
 /// voxel to voxel (Danielsson 1980, "Euclidean distance mapping"; here, the points may be between voxels).
 /// Distances within 1.8 voxels of the surface do not change; a field without surface does not change at all. Each
-/// distance is computed when it is first read. One thread at a time.
+/// distance is computed when it is first read. Any number of threads may read.
 class TrueDistances {
  public:
   TrueDistances() = default;  // an empty box
@@ -46,10 +46,11 @@ class TrueDistances {
   /// The surface point nearest to a voxel beside the surface, and the normal there.
   struct Seed {
     glm::vec3 closest;
-    bool has_normal;                   // true: `normal` is computed
+    enum State : std::uint8_t { kNone, kWritten, kKnown };
+    State state = kNone;               // of `normal`: no value, a thread writes it, valid
     std::optional<glm::dvec3> normal;  // normal at `closest`; empty: the gradient is too small
   };
-  const std::optional<glm::dvec3>& normal_of(Seed& seed) const;
+  std::optional<glm::dvec3> normal_of(Seed& seed) const;
   float computed(std::size_t at) const;
   /// True if one of the 26 neighbours is on the other side of the surface.
   bool is_beside_surface(std::size_t at) const;

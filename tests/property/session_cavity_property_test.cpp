@@ -4,8 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <random>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include "engine/base/units.h"
@@ -136,6 +138,25 @@ TEST(TrueDistances, AreThoseToTheSurfaceHoweverItsSolidsAreComposed) {
   EXPECT_LT(errors[errors.size() * 99 / 100], 0.5);
   EXPECT_LT(errors.back(), 1.2) << "at a corner, which samples cut off";
   EXPECT_GT(max_mend, 3) << "a field that was right needs no mending";
+}
+
+TEST(TrueDistances, ThreadsThatReadAtTheSameTimeReadEqualDistances) {
+  std::mt19937 random(65);
+  const Composition solid(random);
+  session::DenseField field;
+  field.size = glm::ivec3(33);
+  for_each_voxel(glm::ivec3(33), [&](int x, int y, int z) { field.distance.push_back(solid({x, y, z})); });
+  const session::TrueDistances shared(field);
+  const session::DenseField expected = session::redistanced(field);
+  std::atomic<int> different = 0;
+  {
+    std::vector<std::jthread> threads;
+    for (int k = 0; k < 4; ++k)
+      threads.emplace_back([&] {
+        for (std::size_t at = 0; at < expected.distance.size(); ++at) different += shared[at] != expected.distance[at];
+      });
+  }
+  EXPECT_EQ(different, 0);
 }
 
 TEST(CavityLaws, TheIdealScoresFullWhateverItsShape) {
