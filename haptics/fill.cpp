@@ -1,8 +1,5 @@
 #include "haptics/fill.h"
 
-#include <algorithm>
-
-#include "haptics/cutting/fill_kernel.h"
 #include "haptics/solid.h"
 
 namespace typodont::haptics {
@@ -26,26 +23,6 @@ double Fill::beyond_limit(const dvec3& p) const noexcept {
 
 double Fill::kept_by_head(const dvec3& p) const noexcept {
   return static_cast<double>(kClear) - head_.distance(glm::conjugate(X_VT_.R) * (p - X_VT_.p));
-}
-
-bool Fill::lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
-                 std::size_t stride_y, PerTissue* added, FreshLabels* fresh) const noexcept {
-  FillBall ball;
-  ball.head = head_pose(X_VT_);
-  flatten(head_, ball.pieces);
-  ball.all_pieces = (1u << head_.count) - 1;
-  const glm::vec3 center(center_ - dvec3(ball.head.base));
-  ball.x = center.x, ball.y = center.y, ball.z = center.z;
-  ball.radius = static_cast<float>(radius_);
-  ball.label = label_;
-  ball.filling = this;
-  const FillBlock block{lo - ball.head.base,
-                        size,
-                        distance,
-                        tissue,
-                        static_cast<std::ptrdiff_t>(stride_x),
-                        static_cast<std::ptrdiff_t>(stride_y)};
-  return lower_block(ball, block, added, fresh);
 }
 
 }  // namespace typodont::haptics

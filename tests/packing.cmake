@@ -4,4 +4,3 @@ typodont_test(acceptance_packing KIND acceptance SOURCES acceptance/pack_command
 target_compile_definitions(acceptance_packing PRIVATE TYPODONT_PROGRAM="$<TARGET_FILE:typodont>")
 add_dependencies(acceptance_packing typodont)
 typodont_test(stress_packing KIND stress SOURCES stress/packing_hostile_test.cpp LIBS typodont_haptics)
-typodont_test(property_packing_gpu KIND property SOURCES property/packing_gpu_test.cpp LIBS typodont_app)

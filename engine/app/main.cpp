@@ -16,7 +16,6 @@
 #include "engine/app/commands/command_line.h"
 #include "engine/app/commands/commands.h"
 #include "engine/app/hands/hands.h"
-#include "engine/app/tissue/vulkan_sphere_passes.h"
 #ifdef TYPODONT_WINDOW
 #include "engine/app/operator/operator.h"
 #endif
@@ -29,13 +28,6 @@
 #include "engine/base/log.h"
 #include "engine/base/realtime.h"
 #include "engine/gpu/driver_cache.h"
-#include "haptics/sphere_passes.h"
-
-namespace {
-/// Registers the GPU implementation of the contact model "packing" (sphere passes), because the module haptics does not
-/// link Vulkan.
-const typodont::haptics::SpherePassesRegistration kSpherePasses{typodont::make_vulkan_sphere_passes};
-}  // namespace
 
 /// Flushes standard output. Returns the exit status: a failure if the output could not be written, for example on a
 /// full disk.

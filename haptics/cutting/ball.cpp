@@ -9,7 +9,6 @@
 #include "haptics/cutting/block.h"
 #include "haptics/cutting/lane_ops.h"
 #include "haptics/cutting/listed.h"
-#include "haptics/cutting/safe_travel_rows.h"
 #include "haptics/sweep.h"
 
 namespace typodont::haptics {
@@ -29,20 +28,6 @@ struct Block {
   // lower corner of the box of samples, in voxels from the sweep's base voxel
   int lo_x, lo_y, lo_z;
   int size_x, size_y, size_z;
-};
-
-/// Buffer for groups of eight samples along z, and the terms that all groups of a row share.
-struct Work {
-  // Capacities: groups, batches of eight rows (kRowBatches), samples in one row (kLongest).
-  static constexpr int kGroups = 1024, kRowBatches = 64, kLongest = 512;
-  // Terms of the distance that are equal for all samples of a row; one row per lane.
-  F8 u[kRowBatches], v[kRowBatches];
-  I8 base[kRowBatches];  // array index of the first sample of each row
-  // voxels, z of samples i to i + 7 of a row, relative to the start A of the motion
-  F8 z[kLongest];
-  // each element: (z of the first sample << 16) | row
-  std::uint32_t groups[kGroups];
-  int batches = 0, count = 0;
 };
 
 /// Depths of eight samples in the ball, at most kInner (3 voxels). `capsule` true: largest depth during the motion;
@@ -69,71 +54,6 @@ TYPODONT_INLINE void depth_of_eight(const Capsule& c, float from, const F8& u, c
   depth = depth > Sweep::kInner ? F8{} + Sweep::kInner : depth;
 }
 
-/// Raises samples to max(old, min(radius - distance, kInner)) where radius - distance is above -kMargin (kInner 3,
-/// kMargin 3.5 voxels). `capsule` false: uses only the ball at the end B. `narrow`: rows have fewer than 8 samples.
-template <bool capsule, bool narrow>
-TYPODONT_INLINE bool carve_groups(const Block& block, const Capsule c, Work& work, RemovedVolume* removed) {
-  const float from = c.continues ? 0.0f : -1e30f;
-  float* const distance = block.distance;
-  const int size_z = block.size_z, count = work.count;
-  const auto* const all_u = reinterpret_cast<const float*>(work.u);
-  const auto* const all_v = reinterpret_cast<const float*>(work.v);
-  const auto* const base = reinterpret_cast<const std::int32_t*>(work.base);
-  // for each changed group: removed volume of its samples
-  I8 moved_taken[Work::kGroups];
-  std::int32_t moved_at[Work::kGroups];
-  int moved = 0;
-  I8 any_raised = {};
-  for (int g = 0; g < count; ++g) {
-    const std::uint32_t row = work.groups[g] & 0xffff, start = work.groups[g] >> 16;
-    const std::int32_t first = base[row] + static_cast<std::int32_t>(start);
-    float* const at = distance + first;
-    F8 old;
-    if constexpr (!narrow) {
-      old = *reinterpret_cast<const F8*>(at);
-    } else {
-      for (int i = 0; i < 8; ++i) old[i] = i < size_z ? at[i] : 1e9f;
-    }
-    const F8 z = work.z[start];
-    const float u = all_u[row], v = all_v[row];
-    const F8 off = z - c.abz, first_term = capsule ? z : off * off;
-    F8 depth;
-    I8 ahead;
-    depth_of_eight<capsule>(c, from, F8{} + u, F8{} + v, first_term, z * c.abz, depth, ahead);
-    F8 least;
-    I8 raised;
-    const F8 now = eight::raised_to(old, depth, ahead, least, raised);
-    if constexpr (!narrow) {
-      *reinterpret_cast<F8*>(at) = now;
-    } else {
-      for (int i = 0; i < size_z; ++i) at[i] = now[i];
-    }
-    any_raised |= raised;
-    // Writes every group; the next group overwrites an unchanged one. A branch would often be mispredicted.
-    moved_taken[moved] = eight::share_taken(old, now);
-    moved_at[moved] = first;
-    moved += any_of(moved_taken[moved] > 0);
-  }
-  if (removed && moved > 0) {
-    eight::Taken taken{removed};
-    for (int m = 0; m < moved; ++m) {
-      taken.add(moved_taken[m], block.tissue + moved_at[m], distance + moved_at[m], 0, narrow ? size_z : 8);
-    }
-    taken.close();
-  }
-  work.batches = work.count = 0;
-  return any_of(any_raised);
-}
-
-/// Appends to `work` those lanes of `entries` that are set in `mask`.
-TYPODONT_INLINE void append(const I8& entries, const I8& mask, Work& work) {
-  const unsigned which = bits_of(mask);
-  I8 first;
-  gather_lanes(entries, kCompaction.order[which], first);
-  *reinterpret_cast<I8*>(work.groups + work.count) = first;
-  work.count += __builtin_popcount(which);
-}
-
 /// Cuts with a ball that moves from A to B (a capsule); `capsule` false: only with the ball at B. A continued sweep
 /// examines only samples that are ahead of A and outside the ball emptied at A. Returns true if a sample changed.
 template <bool capsule, bool narrow>
@@ -153,19 +73,41 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
   // rounding error of the test whether a sample is ahead of the motion's start A
   const float slip = 1e-3f + 1e-6f * outer * length * std::abs(slope);
   const int last_start = narrow ? 0 : block.size_z - 8;
-  const auto stride_y = static_cast<std::int32_t>(block.stride_y);
+  const float from_dot = c.continues ? 0.0f : -1e30f;
   const F8 steps = {0, 1, 2, 3, 4, 5, 6, 7};
   const I8 counts = {0, 1, 2, 3, 4, 5, 6, 7};
-  bool changed = false;
-  Work work;
-  // z of the eight samples of a group, for each possible start of a group. All rows use it, so rounding is the same.
-  for (int start = 0; start <= last_start; ++start) {
-    work.z[start] = static_cast<float>(block.lo_z + start) + steps - c.az;
-  }
+  I8 any_raised = {};
+  eight::Taken taken{removed};
+  // Raises the samples `from` to `to` - 1 of a row, eight at a time, to max(old, min(radius - distance, kInner)) where
+  // radius - distance is above -kMargin (kInner 3, kMargin 3.5 voxels). `u`, `v`: terms of depth_of_eight().
+  const auto raise = [&](std::size_t row, float u, float v, int from, int to) __attribute__((always_inline)) {
+    for (; from < to; from += 8) {
+      const int start = std::min(from, last_start);
+      float* const at = block.distance + row + start;
+      F8 old;
+      if constexpr (!narrow) {
+        old = *reinterpret_cast<const F8*>(at);
+      } else {
+        for (int i = 0; i < 8; ++i) old[i] = i < block.size_z ? at[i] : 1e9f;
+      }
+      const F8 z = static_cast<float>(block.lo_z + start) + steps - c.az, off = z - c.abz;
+      F8 depth, least;
+      I8 ahead, raised;
+      depth_of_eight<capsule>(c, from_dot, F8{} + u, F8{} + v, capsule ? z : off * off, z * c.abz, depth, ahead);
+      const F8 now = eight::raised_to(old, depth, ahead, least, raised);
+      if constexpr (!narrow) {
+        *reinterpret_cast<F8*>(at) = now;
+      } else {
+        for (int i = 0; i < block.size_z; ++i) at[i] = now[i];
+      }
+      any_raised |= raised;
+      const I8 lost = eight::share_taken(old, now);
+      if (removed && any_of(lost > 0)) taken.add(lost, block.tissue + row + start, at, 0, narrow ? block.size_z : 8);
+    }
+  };
   for (int x = 0; x < block.size_x; ++x) {
     const float px = static_cast<float>(block.lo_x + x) - c.ax;
     if (!(reach2 > (px - mx) * (px - mx))) continue;
-    const auto base_x = static_cast<std::int32_t>(static_cast<std::size_t>(x) * block.stride_x);
     for (int y0 = 0; y0 < block.size_y; y0 += 8) {
       // Each row's interval [low, high) of samples that can change. hole_from to hole_to: part that is already empty.
       const I8 y = y0 + counts;
@@ -202,39 +144,18 @@ TYPODONT_INLINE bool carve_block(const Block& block, const Capsule& c, RemovedVo
       hole_to = leave ? hole_to : high;
       const I8 a_from = __builtin_convertvector(low, I8), a_to = __builtin_convertvector(hole_from, I8);
       const I8 b_from = __builtin_convertvector(hole_to, I8), b_to = __builtin_convertvector(high, I8);
-      // Usual case without a branch: one interval of up to sixteen samples, so at most two groups.
-      const I8 stretch_a = a_to > a_from, stretch_b = b_to > b_from;
-      const I8 from = stretch_a ? a_from : b_from, to = stretch_a ? a_to : b_to;
-      const I8 second = from + 8, at0 = from < last_start ? from : I8{} + last_start;
-      const I8 at1 = second < last_start ? second : I8{} + last_start;
-      const I8 rows = 8 * work.batches + counts;
-      work.base[work.batches] = base_x + y * stride_y;
-      work.u[work.batches] = capsule ? F8{} + px : (px - mx) * (px - mx) + qy * qy;
-      work.v[work.batches] = capsule ? py : dot_xy;
-      ++work.batches;
-      append(rows | at0 << 16, stretch_a | stretch_b, work);
-      append(rows | at1 << 16, second < to, work);
-      const I8 rest = (second + 8 < to) | (stretch_a & stretch_b);
-      if (any_of(rest)) {
-        for (int row = 0; row < 8; ++row) {
-          if (!rest[row]) continue;
-          for (int start = second[row] + 8; start < to[row]; start += 8) {
-            work.groups[work.count++] = static_cast<std::uint32_t>(rows[row] | std::min(start, last_start) << 16);
-          }
-          if (!stretch_a[row]) continue;
-          for (int start = b_from[row]; start < b_to[row]; start += 8) {
-            work.groups[work.count++] = static_cast<std::uint32_t>(rows[row] | std::min(start, last_start) << 16);
-          }
-        }
-      }
-      // Cuts the collected groups now if `work` might not have space for the groups of the next eight rows.
-      if (work.batches == Work::kRowBatches || work.count > Work::kGroups - 8 * (Work::kLongest / 8 + 1) - 8) {
-        changed |= carve_groups<capsule, narrow>(block, c, work, removed);
+      const F8 u = capsule ? F8{} + px : (px - mx) * (px - mx) + qy * qy, v = capsule ? py : F8{} + dot_xy;
+      for (unsigned rows = bits_of(met); rows != 0; rows &= rows - 1) {
+        const int i = std::countr_zero(rows);
+        const std::size_t row =
+            static_cast<std::size_t>(x) * block.stride_x + static_cast<std::size_t>(y0 + i) * block.stride_y;
+        raise(row, u[i], v[i], a_from[i], a_to[i]);
+        raise(row, u[i], v[i], b_from[i], b_to[i]);
       }
     }
   }
-  changed |= carve_groups<capsule, narrow>(block, c, work, removed);
-  return changed;
+  if (removed) taken.close();
+  return any_of(any_raised);
 }
 
 // Compiled for several instruction sets. Samples are independent and FMA is off: the result is bit-identical on every
@@ -245,6 +166,45 @@ bool carve_block_here(const Block* block, const Capsule* c, bool capsule, Remove
   if (capsule)
     return narrow ? carve_block<true, true>(*block, *c, removed) : carve_block<true, false>(*block, *c, removed);
   return narrow ? carve_block<false, true>(*block, *c, removed) : carve_block<false, false>(*block, *c, removed);
+}
+
+/// Safe travel of the samples in 16 rows: distance (voxels) that the head can move before a sample can change.
+class SafeTravelRows {
+ public:
+  static constexpr int kStretch = 64;  // largest number of samples of a row that are listed together
+
+  /// Stores the safe travel of eight samples: how far the head can move before each sample can change.
+  TYPODONT_INLINE void put(int row, int z, const F8& safe_travel) {
+    std::memcpy(rows_ + row * kRow + z, &safe_travel, sizeof safe_travel);
+  }
+  /// Smallest safe travel (head motion before a change) among samples z to z + 15 of a row whose bit in `which` is set.
+  TYPODONT_INLINE float least(int row, int z, std::uint64_t which) const {
+    const I8 bits = I8{} + static_cast<int>(which & 0xffff), one = {1, 2, 4, 8, 16, 32, 64, 128};
+    F8 low, high;
+    std::memcpy(&low, rows_ + row * kRow + z, sizeof low);
+    std::memcpy(&high, rows_ + row * kRow + z + 8, sizeof high);
+    low = (bits & one) != 0 ? low : F8{} + kNever;
+    high = (bits & (one << 8)) != 0 ? high : F8{} + kNever;
+    const F8 both = low < high ? low : high;
+    const F4 first = __builtin_shufflevector(both, both, 0, 1, 2, 3),
+             second = __builtin_shufflevector(both, both, 4, 5, 6, 7);
+    const F4 least = first < second ? first : second;
+    return std::min(std::min(least[0], least[1]), std::min(least[2], least[3]));
+  }
+
+ private:
+  // elements per row; more than kStretch, because a group of 8 or 16 samples may extend beyond kStretch
+  static constexpr int kRow = kStretch + 16;
+  static constexpr float kNever = 1e9f;
+
+  float rows_[16 * kRow];
+};
+
+/// A list of samples is valid while the head moves `ahead` voxels. This path is divided into CutFront::kStages equal
+/// stages. Returns the first stage in which a sample with this safe travel can change.
+inline int stage_of(float safe_travel, float ahead) {
+  const float stage = safe_travel / ahead * CutFront::kStages;
+  return stage < 1 ? 0 : std::min(static_cast<int>(stage), CutFront::kStages - 1);
 }
 
 /// Input and output of carve_due(): blocks, path length at which each must be examined, list of groups.
@@ -449,14 +409,8 @@ bool Sweep::carve_ball(const glm::ivec3& lo, const glm::ivec3& size, float* dist
                        std::size_t stride_y, const Tissue* tissue, RemovedVolume* removed) const noexcept {
   const Capsule capsule{a_.x, a_.y, a_.z, ab_.x, ab_.y, ab_.z, inverse_length2_, radius_, continues_};
   const glm::ivec3 from = lo - base_;
-  bool changed = false;
-  for (int z = 0; z < size.z; z += Work::kLongest) {
-    const Block block{
-        distance + z, tissue ? tissue + z : nullptr,       stride_x, stride_y, from.x, from.y, from.z + z, size.x,
-        size.y,       std::min(size.z - z, Work::kLongest)};
-    changed |= carve_block_here(&block, &capsule, !is_ball(), removed);
-  }
-  return changed;
+  const Block block{distance, tissue, stride_x, stride_y, from.x, from.y, from.z, size.x, size.y, size.z};
+  return carve_block_here(&block, &capsule, !is_ball(), removed);
 }
 
 bool Sweep::carve_ball(CutFront& front, const glm::ivec3& patch_lo, int n, float* distance, const Tissue* tissue,

@@ -27,7 +27,7 @@
 // - listed.h and listed_kernel.h: cuts of the groups of samples in the lists of the active front. A group is 8 or 16
 //   consecutive samples along z.
 // - leaf.cpp: cuts in one leaf (8³ samples) of the carver's volume.
-// - fill_kernel.h and placed_head.h: the opposite of a cut; a filling or an implant is added.
+// - fill_kernel.cpp and placed_head.h: the opposite of a cut; a filling or an implant is added.
 // - voxel_stamp.h: removal of whole voxels, as a reference for comparison.
 //
 // docs/cutting.md explains the methods and the measurements. docs/glossary.md defines the terms.

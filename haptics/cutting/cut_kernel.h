@@ -11,7 +11,16 @@ TYPODONT_INLINE Floats raised_to(Floats old, Floats depth, Mask ahead, Floats& l
 /// Removed fraction of each voxel when its sample changes from `was` to `is`, in the units of inside_fraction.h.
 TYPODONT_INLINE Ints share_taken(Floats was, Floats is) {
   const Floats before = greater(was, all(-0.5f)), after = greater(lesser(is, all(0.5f)), before);
-  return as_ints(after + all(1.5f)) - as_ints(before + all(1.5f));
+  return (Ints)(after + all(1.5f)) - (Ints)(before + all(1.5f));
+}
+
+typedef std::uint8_t Bytes __attribute__((vector_size(kLanes), aligned(1), may_alias));
+/// Hardness bytes of samples (label.h, dense_tissue.h); filled samples have the filling's hardness. `labels` null:
+/// nothing is filled.
+TYPODONT_INLINE Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) {
+  Bytes bytes = *reinterpret_cast<const Bytes*>(hardness);
+  if (labels) bytes |= (Bytes)(*reinterpret_cast<const Bytes*>(labels) > kShown);
+  return __builtin_convertvector(bytes, Ints);
 }
 
 /// Sums removed volume. While the label stays the same, one running sum is used.
@@ -37,8 +46,8 @@ struct Taken {
       const std::ptrdiff_t at = samples - graded.distance;
       const Tissue* const labels = graded.tissue ? graded.tissue + at : nullptr;
       const Ints weighted = taken * felt_hardness(labels, graded.hardness + at);
-      hard_low += low_half(weighted);
-      hard_high += high_half(weighted);
+      hard_low += weighted & 0xffff;
+      hard_high += weighted >> 16;
     }
     if (++groups == 255) close();  // each addend is at most 2^23 units, so 255 groups stay below 2^31
   }

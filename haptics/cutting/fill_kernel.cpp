@@ -1,6 +1,4 @@
 // Adds filling to eight samples at once.
-#include "haptics/cutting/fill_kernel.h"
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -10,6 +8,7 @@
 #include "engine/base/dispatch.h"
 #include "haptics/cutting/inside_fraction.h"
 #include "haptics/cutting/lane_ops.h"
+#include "haptics/cutting/meridian.h"
 #include "haptics/fill.h"
 #include "haptics/volume/label.h"
 
@@ -28,6 +27,27 @@ constexpr int kLanes = 8;
 // voxels; air nearer than this to the filling gets the filling's label, for queries at the surface
 constexpr float kLabelled = 1;
 constexpr float kSlip = 1e-3f;  // voxels, added to the ball's reach because of rounding errors
+
+/// A ball of filling as plain data. Positions in voxels, relative to a base voxel near the head.
+struct FillBall {
+  HeadPose head;
+  // meridian of the head; no filling may enter the head, or the path on which the head can be withdrawn
+  MeridianPiece pieces[HeadField::kMaxPieces];
+  // bit mask of all pieces of the meridian
+  unsigned all_pieces;
+  float x, y, z, radius;
+  Tissue label;
+  const Fill* filling;  // gives the solid that limits the filling
+};
+
+/// The samples that lower_rows() processes.
+struct FillBlock {
+  // `first`: position relative to the base voxel; `size`: number of samples along each axis
+  glm::ivec3 first, size;
+  float* distance;
+  Tissue* tissue;
+  std::ptrdiff_t stride_x, stride_y;
+};
 
 /// Eight samples of a row. Lanes outside the block get values that no filling changes.
 struct Lanes {
@@ -133,7 +153,23 @@ bool lower_rows(const FillBall* ball_at, const FillBlock* block_at, PerTissue* a
 
 }  // namespace
 
-bool lower_block(const FillBall& ball, const FillBlock& block, PerTissue* added, FreshLabels* fresh) noexcept {
+bool Fill::lower(const glm::ivec3& lo, const glm::ivec3& size, float* distance, Tissue* tissue, std::size_t stride_x,
+                 std::size_t stride_y, PerTissue* added, FreshLabels* fresh) const noexcept {
+  FillBall ball;
+  ball.head = head_pose(X_VT_);
+  flatten(head_, ball.pieces);
+  ball.all_pieces = (1u << head_.count) - 1;
+  const glm::vec3 center(center_ - dvec3(ball.head.base));
+  ball.x = center.x, ball.y = center.y, ball.z = center.z;
+  ball.radius = static_cast<float>(radius_);
+  ball.label = label_;
+  ball.filling = this;
+  const FillBlock block{lo - ball.head.base,
+                        size,
+                        distance,
+                        tissue,
+                        static_cast<std::ptrdiff_t>(stride_x),
+                        static_cast<std::ptrdiff_t>(stride_y)};
   return lower_rows(&ball, &block, added, fresh);
 }
 

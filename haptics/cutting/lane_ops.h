@@ -4,10 +4,7 @@
 
 #include <cstdint>
 
-#include "engine/contract/tissue.h"
 #include "haptics/cutting/lanes.h"
-#include "haptics/dense_tissue.h"
-#include "haptics/volume/label.h"
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
 #define TYPODONT_SIXTEEN_LANES 1
@@ -69,23 +66,6 @@ TYPODONT_INLINE Floats root(Floats v) {
   take_root(v);
   return v;
 }
-TYPODONT_INLINE Ints as_ints(Floats v) {
-  return (Ints)v;
-}
-/// Low 16 bits of each non-negative lane; high_half() returns the other bits.
-TYPODONT_INLINE Ints low_half(Ints v) {
-  return v & 0xffff;
-}
-TYPODONT_INLINE Ints high_half(Ints v) {
-  return v >> 16;
-}
-/// Hardness bytes of samples (label.h, dense_tissue.h); filled samples have the filling's hardness. `labels` null:
-/// nothing is filled.
-TYPODONT_INLINE Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) {
-  B8 bytes = *reinterpret_cast<const B8*>(hardness);
-  if (labels) bytes |= (B8)(*reinterpret_cast<const B8*>(labels) > kShown);
-  return __builtin_convertvector(bytes, I8);
-}
 TYPODONT_INLINE bool any_positive(Ints v) {
   return any_of(v > 0);
 }
@@ -106,80 +86,65 @@ TYPODONT_INLINE bool every(Mask mask) {
 #pragma GCC target("arch=x86-64-v4")
 // Operations with mask registers. `V`, `I`: vector types of floats and integers; `P`: prefix of intrinsics; `COUNT`:
 // lanes; `M`: mask type. Some use masked instructions, because GCC 12 warns wrongly about the unmasked ones.
-#define TYPODONT_MASKED_LANES(V, I, P, COUNT, M)                                           \
-  using Floats = V;                                                                        \
-  typedef int Ints __attribute__((vector_size(4 * COUNT)));                                \
-  using Mask = unsigned;                                                                   \
-  constexpr int kLanes = COUNT;                                                            \
-  constexpr M kEvery = (1u << COUNT) - 1;                                                  \
-  TYPODONT_INLINE Floats load(const float* p) {                                            \
-    return P##_loadu_ps(p);                                                                \
-  }                                                                                        \
-  TYPODONT_INLINE void store(float* p, Floats v) {                                         \
-    P##_storeu_ps(p, v);                                                                   \
-  }                                                                                        \
-  TYPODONT_INLINE Floats all(float v) {                                                    \
-    return P##_set1_ps(v);                                                                 \
-  }                                                                                        \
-  TYPODONT_INLINE Floats as_floats(const std::int32_t* p) {                                \
-    return P##_maskz_cvtepi32_ps(kEvery, P##_loadu_epi32(p));                              \
-  }                                                                                        \
-  TYPODONT_INLINE Mask first(int count) {                                                  \
-    return (1u << count) - 1;                                                              \
-  }                                                                                        \
-  TYPODONT_INLINE Mask everywhere() {                                                      \
-    return kEvery;                                                                         \
-  }                                                                                        \
-  TYPODONT_INLINE Mask nowhere() {                                                         \
-    return 0;                                                                              \
-  }                                                                                        \
-  TYPODONT_INLINE Mask more(Floats a, Floats b) {                                          \
-    return P##_cmp_ps_mask(a, b, _CMP_GT_OQ);                                              \
-  }                                                                                        \
-  TYPODONT_INLINE Mask more_where(Mask where, Floats a, Floats b) {                        \
-    return P##_mask_cmp_ps_mask(static_cast<M>(where), a, b, _CMP_GT_OQ);                  \
-  }                                                                                        \
-  TYPODONT_INLINE Mask no_less(Floats a, Floats b) {                                       \
-    return P##_cmp_ps_mask(a, b, _CMP_GE_OQ);                                              \
-  }                                                                                        \
-  TYPODONT_INLINE Floats pick(Mask mask, Floats yes, Floats no) {                          \
-    return P##_mask_blend_ps(static_cast<M>(mask), no, yes);                               \
-  }                                                                                        \
-  TYPODONT_INLINE Floats lesser(Floats a, Floats b) {                                      \
-    return P##_maskz_min_ps(kEvery, a, b);                                                 \
-  }                                                                                        \
-  TYPODONT_INLINE Floats greater(Floats a, Floats b) {                                     \
-    return P##_maskz_max_ps(kEvery, a, b);                                                 \
-  }                                                                                        \
-  TYPODONT_INLINE Floats root(Floats v) {                                                  \
-    return P##_maskz_sqrt_ps(kEvery, v);                                                   \
-  }                                                                                        \
-  TYPODONT_INLINE Ints as_ints(Floats v) {                                                 \
-    return (Ints)v;                                                                        \
-  }                                                                                        \
-  typedef std::uint8_t Bytes __attribute__((vector_size(COUNT), aligned(1), may_alias));   \
-  TYPODONT_INLINE Ints low_half(Ints v) {                                                  \
-    return v & 0xffff;                                                                     \
-  }                                                                                        \
-  TYPODONT_INLINE Ints high_half(Ints v) {                                                 \
-    return v >> 16;                                                                        \
-  }                                                                                        \
-  TYPODONT_INLINE Ints felt_hardness(const Tissue* labels, const std::uint8_t* hardness) { \
-    Bytes bytes = *reinterpret_cast<const Bytes*>(hardness);                               \
-    if (labels) bytes |= (Bytes)(*reinterpret_cast<const Bytes*>(labels) > kShown);        \
-    return __builtin_convertvector(bytes, Ints);                                           \
-  }                                                                                        \
-  TYPODONT_INLINE bool any_positive(Ints v) {                                              \
-    return P##_test_epi32_mask((I)v, (I)v) != 0;                                           \
-  }                                                                                        \
-  TYPODONT_INLINE bool any(Mask mask) {                                                    \
-    return mask != 0;                                                                      \
-  }                                                                                        \
-  TYPODONT_INLINE unsigned bits(Mask mask) {                                               \
-    return mask;                                                                           \
-  }                                                                                        \
-  TYPODONT_INLINE bool every(Mask mask) {                                                  \
-    return (mask & kEvery) == kEvery;                                                      \
+#define TYPODONT_MASKED_LANES(V, I, P, COUNT, M)                          \
+  using Floats = V;                                                       \
+  typedef int Ints __attribute__((vector_size(4 * COUNT)));               \
+  using Mask = unsigned;                                                  \
+  constexpr int kLanes = COUNT;                                           \
+  constexpr M kEvery = (1u << COUNT) - 1;                                 \
+  TYPODONT_INLINE Floats load(const float* p) {                           \
+    return P##_loadu_ps(p);                                               \
+  }                                                                       \
+  TYPODONT_INLINE void store(float* p, Floats v) {                        \
+    P##_storeu_ps(p, v);                                                  \
+  }                                                                       \
+  TYPODONT_INLINE Floats all(float v) {                                   \
+    return P##_set1_ps(v);                                                \
+  }                                                                       \
+  TYPODONT_INLINE Floats as_floats(const std::int32_t* p) {               \
+    return P##_maskz_cvtepi32_ps(kEvery, P##_loadu_epi32(p));             \
+  }                                                                       \
+  TYPODONT_INLINE Mask first(int count) {                                 \
+    return (1u << count) - 1;                                             \
+  }                                                                       \
+  TYPODONT_INLINE Mask everywhere() {                                     \
+    return kEvery;                                                        \
+  }                                                                       \
+  TYPODONT_INLINE Mask nowhere() {                                        \
+    return 0;                                                             \
+  }                                                                       \
+  TYPODONT_INLINE Mask more(Floats a, Floats b) {                         \
+    return P##_cmp_ps_mask(a, b, _CMP_GT_OQ);                             \
+  }                                                                       \
+  TYPODONT_INLINE Mask more_where(Mask where, Floats a, Floats b) {       \
+    return P##_mask_cmp_ps_mask(static_cast<M>(where), a, b, _CMP_GT_OQ); \
+  }                                                                       \
+  TYPODONT_INLINE Mask no_less(Floats a, Floats b) {                      \
+    return P##_cmp_ps_mask(a, b, _CMP_GE_OQ);                             \
+  }                                                                       \
+  TYPODONT_INLINE Floats pick(Mask mask, Floats yes, Floats no) {         \
+    return P##_mask_blend_ps(static_cast<M>(mask), no, yes);              \
+  }                                                                       \
+  TYPODONT_INLINE Floats lesser(Floats a, Floats b) {                     \
+    return P##_maskz_min_ps(kEvery, a, b);                                \
+  }                                                                       \
+  TYPODONT_INLINE Floats greater(Floats a, Floats b) {                    \
+    return P##_maskz_max_ps(kEvery, a, b);                                \
+  }                                                                       \
+  TYPODONT_INLINE Floats root(Floats v) {                                 \
+    return P##_maskz_sqrt_ps(kEvery, v);                                  \
+  }                                                                       \
+  TYPODONT_INLINE bool any_positive(Ints v) {                             \
+    return P##_test_epi32_mask((I)v, (I)v) != 0;                          \
+  }                                                                       \
+  TYPODONT_INLINE bool any(Mask mask) {                                   \
+    return mask != 0;                                                     \
+  }                                                                       \
+  TYPODONT_INLINE unsigned bits(Mask mask) {                              \
+    return mask;                                                          \
+  }                                                                       \
+  TYPODONT_INLINE bool every(Mask mask) {                                 \
+    return (mask & kEvery) == kEvery;                                     \
   }
 
 namespace sixteen {

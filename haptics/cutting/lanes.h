@@ -75,13 +75,6 @@ TYPODONT_INLINE void gather_lanes(const F8& v, const I8& order, F8& first) {
   first = __builtin_shuffle(v, order);
 #endif
 }
-TYPODONT_INLINE void gather_lanes(const I8& v, const I8& order, I8& first) {
-#ifdef __clang__
-  for (int i = 0; i < 8; ++i) first[i] = v[order[i]];
-#else
-  first = __builtin_shuffle(v, order);
-#endif
-}
 
 TYPODONT_INLINE float least_of(const F8& v) {
   const F8 four = __builtin_shufflevector(v, v, 4, 5, 6, 7, 0, 1, 2, 3), a = v < four ? v : four,

@@ -64,7 +64,7 @@ void pack(benchmark::State& state, std::size_t spheres) {
 void pack_normal(benchmark::State& state, std::size_t spheres) {
   const SpherePacking& made = packing_of(spheres);
   const packing::SphereTissue tissue(made, packing::Removal::kMended);
-  const packing::ToolSpheres tool({dvec3(0)}, {kHead});
+  packing::SphereProxy proxy(packing::ToolSpheres({dvec3(0)}, {kHead}), {});
   PerTissue density{};
   density.fill(1);
   std::vector<packing::Place> scratch(made.size());
@@ -75,9 +75,9 @@ void pack_normal(benchmark::State& state, std::size_t spheres) {
   const int looks = smoke() ? 20 : 500;
   for (int i = 0; i < looks; ++i) {
     const dvec3 out = glm::normalize(dvec3(normal(random), normal(random), normal(random)));
+    proxy.place({(kPacked + kHead) * out, {1, 0, 0, 0}});
     const Nanos start = thread_cpu_time();
-    const auto estimate = packing::estimate_surface(tissue, tool, {(kPacked + kHead) * out, {1, 0, 0, 0}},
-                                                    kPacked * out, 0.1e-3, density, scratch);
+    const auto estimate = packing::estimate_surface(tissue, proxy, kPacked * out, 0.1e-3, density, scratch);
     times.push_back(static_cast<double>(thread_cpu_time() - start));
     squares += std::pow(degrees_between(estimate.n_W, out), 2) / looks;
   }

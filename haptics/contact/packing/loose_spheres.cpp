@@ -50,18 +50,19 @@ LooseSpheres::LooseSpheres(const SpherePacking& packing, const SphereTree& tree)
   }
   first_.push_back(links_.size());
   std::vector<int> queue;
+  int bodies = 0;
   for (std::size_t i = 0; i < packing.size(); ++i) {
     if (body_[i] >= 0) continue;
-    body_[i] = bodies_;
+    body_[i] = bodies;
     queue.assign(1, static_cast<int>(i));
     while (!queue.empty()) {
       const int at = queue.back();
       queue.pop_back();
       for (const Link& link : links(at)) {
-        if (int& body = body_[static_cast<std::size_t>(link.to)]; body < 0) body = bodies_, queue.push_back(link.to);
+        if (int& body = body_[static_cast<std::size_t>(link.to)]; body < 0) body = bodies, queue.push_back(link.to);
       }
     }
-    ++bodies_;
+    ++bodies;
   }
 }
 

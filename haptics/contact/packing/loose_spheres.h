@@ -23,8 +23,6 @@ class LooseSpheres {
   };
   /// Lists of spheres in loose pieces after a cut; they stay in the tissue. `changed`: spheres that the cut changed.
   std::vector<std::vector<int>> after_cut(const SphereTissue& tissue, std::span<const Changed> changed);
-  /// Number of separate bodies at the start.
-  int bodies() const { return bodies_; }
 
  private:
   struct Link {
@@ -41,8 +39,7 @@ class LooseSpheres {
 
   std::vector<std::size_t> first_;  // for each sphere: index of its first link
   std::vector<Link> links_;
-  std::vector<int> body_;  // for each sphere: index of its connected body
-  int bodies_ = 0;
+  std::vector<int> body_;        // for each sphere: index of its connected body
   std::vector<Changed> before_;  // for each sphere: its state before its last change
   std::vector<unsigned> cut_;    // for each sphere: number of the cut that last changed it
   unsigned cuts_ = 0;

@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/cached_result.h"
 #include "engine/base/error.h"
 #include "engine/base/keys.h"
 #include "engine/base/units.h"
-#include "haptics/contact/packing/cached_packing.h"
 #include "haptics/contact/packing/packing_body.h"
 #include "haptics/contact/packing/packing_model.h"
 #include "haptics/packing.h"
@@ -42,6 +42,29 @@ namespace packing {
 
 namespace {
 
+constexpr cache::Shelf kPackings{"packing", ".packing", 256u << 20, kNanosPerSecond / 2};
+
+bool parts_of(cache::Parts& file, SpherePacking& p) {
+  return file.value(p.seed) && file.value(p.tissue_hash) && file.value(p.max_radius) && file.value(p.max_hole) &&
+         file.value(p.solid_volume) && file.values(p.center) && file.values(p.radius) && file.values(p.tissue);
+}
+
+/// Result of pack_spheres(), read from the cache on disk if it is stored there, because a packing takes seconds to
+/// compute. Equal input gives bit-identical spheres.
+SpherePacking cached_packing(const TissueVolume& tissue, const PackOptions& options) {
+  Sha256 key;
+  cache::add_build(key);
+  key.add(tissue.hash());
+  key.add(static_cast<std::uint64_t>(options.spheres));
+  key.add(options.seed);
+  key.add(options.max_radius);
+  SpherePacking packing;
+  cache::read_or_make(
+      kPackings, key.key(), [&](cache::Parts& file) { return parts_of(file, packing); },
+      [&] { packing = pack_spheres(tissue, options); });
+  return packing;
+}
+
 class PackingMethod final : public ContactMethod {
  public:
   explicit PackingMethod(Parameters parameters, std::optional<SpherePacking> packing)
@@ -71,8 +94,6 @@ class PackingMethod final : public ContactMethod {
   Parameters parameters_;
   std::optional<SpherePacking> packing_;  // packing from a file; empty: it is computed
 };
-
-constexpr Form kDensities{"object", R"({"type": "object", "additionalProperties": {"type": "number"}})"};
 
 /// The parameter for the hardness of each sphere, from a file that `fit-material` wrote.
 void describe_material(Keys& keys, Parameters& p) {
@@ -104,11 +125,6 @@ void describe_material(Keys& keys, Parameters& p) {
 
 }  // namespace
 
-const Parameters* parameters_of(const SharedContactMethod& method) {
-  const auto* const packing = dynamic_cast<const PackingMethod*>(method.get());
-  return packing ? &packing->parameters() : nullptr;
-}
-
 std::optional<Packed> packed_by(const SharedContactMethod& method, const TissueVolume& tissue) {
   const auto* const packing = dynamic_cast<const PackingMethod*>(method.get());
   if (!packing) return std::nullopt;
@@ -133,15 +149,13 @@ SharedContactMethod read(Keys& keys) {
   keys("speed_mm_per_s", p.base_speed, {1e-3, 1e3, kMillimetre},
        "a constant cutting speed at density 1, as in the paper; it does not depend on the push. Default: the power of "
        "the motor determines the speed, as with `offset`");
-  if (const auto density = keys("density", kDensities,
-                                "for example `{\"enamel\":1.5, \"dentin\":1, \"pulp\":0}`, each 0–1000: density "
-                                "relative to dentin. Default: the ratio of the specific cutting energies")) {
-    for (const std::string& name : density->keys()) {
-      const auto tissue = tissue_named(name);
-      if (!tissue || *tissue == Tissue::kAir) density->fail('"' + name + '"', "names of tissues");
-      p.density[static_cast<std::size_t>(*tissue)] = (*density)[name].number(0, 1000);
-    }
-  }
+  const auto density = [&](Keys& of) {
+    for (std::size_t i = 1; i < kTissueCount; ++i)
+      of(name_of(static_cast<Tissue>(i)).data(), p.density[i], {0, 1000}, "");
+  };
+  keys("density", density,
+       "for example `{\"enamel\":1.5, \"dentin\":1, \"pulp\":0}`, each 0–1000: density relative to dentin. Default: "
+       "the ratio of the specific cutting energies");
   keys("density_by_contact", p.by_contact, "the density grows with the contact area; only with `speed_mm_per_s`");
   if (keys.json() && keys.json()->has("density_by_contact") && !(p.base_speed > 0))
     (*keys.json())["density_by_contact"].fail("density_by_contact without speed_mm_per_s", "both");
@@ -170,5 +184,21 @@ SharedContactMethod read(Keys& keys) {
 }
 
 }  // namespace packing
+
+std::vector<ShownSphere> shown_spheres(const Carver& carver, const ServoSettings& settings) {
+  const auto* const body = dynamic_cast<const packing::PackingBody*>(&carver.body());
+  const auto* const method = dynamic_cast<const packing::PackingMethod*>(settings.method.get());
+  if (!body || !method) return {};
+  const PerTissue density = packing::densities(method->parameters(), settings.materials);
+  const packing::SphereTissue& spheres = body->spheres();
+  std::vector<ShownSphere> shown;
+  for (int i = 0; i < static_cast<int>(spheres.size()); ++i) {
+    const double r = spheres.tree().radius(i);
+    if (!(r > 0)) continue;
+    shown.push_back(
+        {spheres.tree().center(i), r, density[static_cast<std::size_t>(spheres.tissue(i))] * spheres.hardness(i)});
+  }
+  return shown;
+}
 
 }  // namespace typodont::haptics

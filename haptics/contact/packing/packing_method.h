@@ -19,8 +19,7 @@ struct Packed {
   SpherePacking packing;
   Parameters parameters;
 };
-/// Parameters; null if `method` is another method.
-const Parameters* parameters_of(const SharedContactMethod& method);
+/// Empty if `method` is another method.
 std::optional<Packed> packed_by(const SharedContactMethod& method, const TissueVolume& tissue);
 
 }  // namespace typodont::haptics::packing

@@ -4,7 +4,6 @@
 #include <span>
 #include <utility>
 
-#include "haptics/contact/offset/parameters.h"
 #include "haptics/contact/packing/packing_method.h"
 #include "haptics/contact/tool_check.h"
 
@@ -19,8 +18,6 @@ constexpr double kNearSphere = 0.2e-3;
 constexpr int kTrials = 8;
 // The search for the length of a cut ends when the cut uses at least this fraction of the energy budget.
 constexpr double kWellSpent = 0.85;
-constexpr double kPathUnit = 0.1e-3;    // m, unit of the stored path
-constexpr int kPositionsCompared = 16;  // tool positions for comparing GPU and CPU
 // N, force limit of a dental scene. When the proxy moves back along its path, the rate of force equals that of "offset"
 // if the scene's limit is at most this; with a larger limit, the rate is larger in proportion.
 constexpr double kDentalForces = 20;
@@ -46,13 +43,6 @@ Pose part_of(const Pose& from, const dvec3& move, const dvec3& turn, double frac
 }  // namespace
 
 PackingModel::PackingModel(const ServoSettings& settings, const Parameters& parameters)
-    : PackingModel(settings, parameters,
-                   parameters.spheres >= kWorthAGpu ? make_sphere_passes(parameters.spheres, false) : nullptr) {
-  gpu_must_win_ = true;
-}
-
-PackingModel::PackingModel(const ServoSettings& settings, const Parameters& parameters,
-                           std::unique_ptr<SpherePasses> passes)
     : settings_(settings),
       parameters_(parameters),
       density_(densities(parameters, settings.materials)),
@@ -69,26 +59,6 @@ PackingModel::PackingModel(const ServoSettings& settings, const Parameters& para
     head = std::max(head, proxies_.back().tool().head);
   }
   near_end_.resize(head);
-  if (passes) {
-    std::vector<ToolSpheres> heads;
-    std::size_t most = 0;
-    for (const SphereProxy& proxy : proxies_) {
-      heads.push_back(proxy.tool());
-      most = std::max(most, proxy.tool().size());
-    }
-    if (most <= passes->max_balls()) gpu_ = std::make_unique<ComputePasses>(std::move(passes), heads);
-  }
-}
-
-/// Copies the spheres to the GPU. At the first snapshot, also decides whether the GPU is used.
-void PackingModel::load_gpu(bool first) noexcept {
-  if (!gpu_) return;
-  gpu_->load(snapshot_.spheres);
-  if (!first || !gpu_must_win_) return;
-  if (!gpu_->ready() ||
-      !compare_passes(snapshot_.spheres, proxy().tool(), *gpu_, buffers_, kPositionsCompared).gpu_is_better()) {
-    gpu_.reset();
-  }
 }
 
 void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
@@ -115,27 +85,22 @@ void PackingModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   if (came_back) {
     for (SphereProxy& proxy : proxies_) proxy.forget_near();
   }
-  load_gpu(first);
 }
 
 double PackingModel::clearance(const Pose& X_WG) noexcept {
-  if (snapshot_.number == 0) return 0;
   const double reach = proxy().tool().reach;
   // The servo uses only clearances larger than one voxel, so smaller values need not be exact.
   const double least = settings_.frame.voxel;
   return std::max(0.0, snapshot_.spheres.tree().clearance(X_WG.p, kMaxClearance + reach, least + reach) - reach);
 }
 
-bool PackingModel::is_free(const ToolSpheres& tool, const Pose& X_W) const noexcept {
+bool PackingModel::is_free(std::uint32_t which, const Pose& X_W) noexcept {
+  const ToolSpheres& tool = proxies_[which].tool();
   const SphereTree& tree = snapshot_.spheres.tree();
   for (std::size_t t = 0; t < tool.radius.size(); ++t) {
     if (tree.touches(X_W * tool.center_T[t], tool.radius[t])) return false;
   }
   return true;
-}
-
-bool PackingModel::may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept {
-  return snapshot_.number > 0 && is_free(proxy().tool(), X_WG) && is_free(proxies_[tool].tool(), X_WG);
 }
 
 void PackingModel::take_up(std::uint32_t tool) noexcept {
@@ -146,74 +111,31 @@ void PackingModel::take_up(std::uint32_t tool) noexcept {
 void PackingModel::forget_contact() noexcept {
   placed_ = false;
   postponed_for_ = 0;
-  retreat_.path.begin(proxy().pose().p / kPathUnit);
-  retreat_.held_for = 0;
-  retreat_.leading = retreat_.wedged = false;
+  retreat_.path.begin(proxy().pose().p / retreat_.path_unit);
+  retreat_.forget();
 }
 
 /// Records the proxy's path. The proxy is blocked if contacts hold it although the tool would be free at the hand.
 void PackingModel::watch_retreat(const ContactInput& in) noexcept {
-  using R = offset::RetreatParameters;
-  retreat_.wedged = false;
   const dvec3& p = proxy().pose().p;
-  if (!proxy().touches() && !snapshot_.spheres.tree().touches(p, proxy().tool().reach + R::outside)) {
-    retreat_.path.begin(p / kPathUnit);
-  } else {
-    retreat_.path.add(p / kPathUnit);
-  }
-  if (glm::distance(in.X_WT.p, p) < R::far || glm::distance(p, retreat_.held_at) > R::still) {
-    retreat_.held_at = p;
-    retreat_.held_for = 0;
-    return;
-  }
-  retreat_.held_for += in.dt;
-  if (retreat_.held_for < R::patience || !is_free(proxy().tool(), in.X_WT)) return;
-  const dvec3 hand = in.X_WT.p / kPathUnit;
-  retreat_.to = retreat_.path.nearest(hand, (glm::distance(in.X_WT.p, p) - R::gain) / kPathUnit);
-  retreat_.leading = retreat_.to < retreat_.path.size();
-  retreat_.wedged = !retreat_.leading && retreat_.held_for > R::report_after;
+  const bool outside =
+      !proxy().touches() && !snapshot_.spheres.tree().touches(p, proxy().tool().reach + RetreatParameters::outside);
+  if (retreat_.is_held(p, in.X_WT.p, outside, in.dt) && is_free(tool_, in.X_WT)) retreat_.begin(p, in.X_WT.p);
 }
 
-/// Moves the proxy back along its path to the point nearest to the hand, slowly and without cutting. No tissue was
-/// added meanwhile, so the path is free. Returns true while the proxy moves back.
+/// Moves the proxy back along its path, slowly and without cutting. No tissue was added meanwhile, so the path is free.
+/// Returns true while the proxy moves back.
 bool PackingModel::lead_back(const ContactInput& in) noexcept {
-  using R = offset::RetreatParameters;
-  if (!retreat_.leading) return false;
   Pose X = proxy().pose();
-  const double scale = std::max(1.0, settings_.force_limit / kDentalForces);
-  // m, largest motion of the proxy in this tick
-  const double max_step = scale * R::slew * in.dt / (settings_.stiffness * std::max(in.last.relative_stiffness, 0.05));
-  const bool near = glm::distance(in.X_WT.p, X.p) < R::far / 2;
-  for (double left = max_step; !near && left > 0 && retreat_.path.size() > retreat_.to;) {
-    const dvec3 motion = kPathUnit * retreat_.path.last() - X.p;
-    const double length = glm::length(motion);
-    if (length > left) {
-      X.p += motion * (left / length);
-      break;
-    }
-    X.p += motion;
-    left -= length;
-    retreat_.path.drop_last();
-  }
-  if (near || retreat_.path.size() <= retreat_.to) {
-    retreat_.leading = false;
-    retreat_.held_for = 0;
-    retreat_.path.add(X.p / kPathUnit);
-    if (near) return false;
-  }
+  const double slew = std::max(1.0, settings_.force_limit / kDentalForces) * RetreatParameters::slew;
+  const double stiffness = settings_.stiffness * std::max(in.last.relative_stiffness, 0.05);
+  if (!retreat_.lead(in.X_WT.p, slew * in.dt / stiffness, X.p)) return false;
   proxy().place(X);
   return true;
 }
 
 void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
-  if (snapshot_.number == 0) {
-    surface_ = {};
-    out.p_WG = in.X_WT.p;
-    out.gap.lost = true;
-    out.faults |= bits(Fault::kPatchEdge);
-    return;
-  }
-  if (!placed_ && !is_free(proxy().tool(), in.X_WG)) out.faults |= bits(Fault::kDeepPenetration);
+  if (!placed_ && !is_free(tool_, in.X_WG)) out.faults |= bits(Fault::kDeepPenetration);
   // Without contact, the servo moves the tool without this model.
   if (!placed_ || in.X_WG.p != held_) proxy().place(in.X_WG);
   placed_ = true;
@@ -226,7 +148,7 @@ void PackingModel::constrain(const ContactInput& in, Contact& out) noexcept {
     return;
   }
   set_friction(in);
-  proxy().follow(snapshot_.spheres.tree(), in.X_WT, gpu_.get());
+  proxy().follow(snapshot_.spheres.tree(), in.X_WT);
   out.p_WG = held_ = proxy().pose().p;
   out.touching = proxy().touches();
   out.settled = !out.touching;
@@ -250,11 +172,8 @@ void PackingModel::estimate_tissue() noexcept {
     if (glm::distance(X_estimated_.p, X.p) + proxy().tool().reach * turned < kAtRest) return;
   }
   X_estimated_ = X;
-  const dvec3 p_WC = proxy().contact_point();
-  if (!gpu_ || !gpu_->estimate_surface(snapshot_.spheres, proxy().tool(), proxy().pose(), p_WC, parameters_.epsilon,
-                                       density_, surface_)) {
-    surface_ = estimate_surface(snapshot_.spheres, proxy(), p_WC, parameters_.epsilon, density_, buffers_.changed);
-  }
+  surface_ = estimate_surface(snapshot_.spheres, proxy(), proxy().contact_point(), parameters_.epsilon, density_,
+                              buffers_.changed);
   if (!(surface_.volume > 0)) take_tissue_from_contacts();
 }
 
@@ -298,12 +217,10 @@ void PackingModel::find_near(const Pose& to) noexcept {
   }
 }
 
-/// Energy to cut along the motion, J. `near_to`: argument of the last find_near().
-double PackingModel::cost(const Pose& from, const Pose& to, const Pose& near_to) noexcept {
+/// Energy to cut along the motion, J. The motion must not exceed that of the last find_near().
+double PackingModel::cost(const Pose& from, const Pose& to) noexcept {
   const ToolSpheres& tool = proxy().tool();
   double sum = 0;
-  if (gpu_ && gpu_->cost(snapshot_.spheres, tool, from, to, near_to, energy_, sum)) return sum;
-  sum = 0;
   tried_.begin(tool.head);
   for (std::size_t t = 0, begin = 0; t < tool.head; begin = near_end_[t++]) {
     const std::span<const Place> near = std::span(near_).subspan(begin, near_end_[t] - begin);
@@ -320,15 +237,13 @@ double PackingModel::affordable(const Pose& from, const dvec3& move, const dvec3
   double safe = 0, safe_cost = 0, dear = most, dear_cost = -1;
   double part = price_ > 0 ? 0.97 * budget / price_ : most;
   double listed = -1;  // fraction of the motion that the lists of near spheres cover
-  Pose near_to = from;
   for (int k = 0; k < kTrials; ++k) {
     part = std::min(part, most);
     if (part > listed) {
-      listed = listed < 0 && !gpu_ ? std::min(most, 2 * part) : most;
-      near_to = part_of(from, move, turn, listed);
-      find_near(near_to);
+      listed = listed < 0 ? std::min(most, 2 * part) : most;
+      find_near(part_of(from, move, turn, listed));
     }
-    const double spent = cost(from, part_of(from, move, turn, part), near_to);
+    const double spent = cost(from, part_of(from, move, turn, part));
     tried_share_ = part;
     if (spent <= budget) {
       safe = part, safe_cost = spent;
@@ -386,33 +301,30 @@ bool PackingModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const Pose to = part_of(from, move, turn, most);
   bool changed = false;
   Removed removed;
-  if (gpu_ && gpu_->carve(snapshot_.spheres, tool, from, to, removed, changed)) {
-    proxy().forget_near();
+  const SphereTree& tree = snapshot_.spheres.tree();
+  const auto note = [&](Place place, double protrudes) {
+    changed = true;
+    proxy().note_cut(tree, place, protrudes);
+  };
+  // On a straight path, the cost computation (TriedCut) has already listed all changes of the cut.
+  const bool straight = turn == dvec3(0) || (tool.head == 1 && tool.center_T[0] == dvec3(0));
+  if (tried_share_ == most && straight && tried_.complete() && near_end_[tool.head - 1] < near_.size()) {
+    snapshot_.spheres.make(tried_, removed, note, [&] { proxy().end_notes(); });
   } else {
-    const SphereTree& tree = snapshot_.spheres.tree();
-    const auto note = [&](Place place, double protrudes) {
-      changed = true;
-      proxy().note_cut(tree, place, protrudes);
-    };
-    // On a straight path, the cost computation (TriedCut) has already listed all changes of the cut.
-    const bool straight = turn == dvec3(0) || (tool.head == 1 && tool.center_T[0] == dvec3(0));
-    if (tried_share_ == most && straight && tried_.complete() && near_end_[tool.head - 1] < near_.size()) {
-      snapshot_.spheres.make(tried_, removed, note, [&] { proxy().end_notes(); });
-    } else {
-      const auto near = [&](std::size_t t, std::span<Place> found) {
-        proxy().end_notes();
-        return proxy().near_path(tree, t, to, found);
-      };
-      removed = carve(snapshot_.spheres, tool, from, to, buffers_, near, [&](Place place, const CutSphere& before) {
-        note(place, glm::distance(tree.center(place), before.center()) + tree.radius(place) - before.radius());
-      });
+    const auto near = [&](std::size_t t, std::span<Place> found) {
       proxy().end_notes();
-    }
+      return proxy().near_path(tree, t, to, found);
+    };
+    removed = carve(snapshot_.spheres, tool, from, to, buffers_, near, [&](Place place, const CutSphere& before) {
+      note(place, glm::distance(tree.center(place), before.center()) + tree.radius(place) - before.radius());
+    });
+    proxy().end_notes();
   }
   // Only rounding errors blocked the motion; follow() moves the proxy in the next tick.
   if (!changed) return false;
   made_.add(made_.last() + 1, {from, to, tool_, removed.volume});
-  cut = {made_.last(), in.tick, in.t, from, to, tool_, removed.volume, {}, in.removal.spindle};
+  cut.X_WA = from, cut.X_WB = to;
+  cut.removed = removed.volume;
   for (std::size_t t = 1; t < energy_.size(); ++t) energy += removed.hardened[t] * energy_[t];
   proxy().move_to(to);
   contact.p_WG = held_ = to.p;
@@ -428,11 +340,8 @@ void PackingModel::feel(const ContactInput& in, Contact& contact, Felt& out) noe
     const bool own = c.tool_sphere < head;
     ++out.count;
     out.own += own;
-    (own ? out.on_head : out.on_shank) += c.push * c.n_W;
     total += c.push;
-    if (!out.turns_tool) continue;
-    out.lever += c.push * (c.p_W - contact.p_WG);
-    out.turn += c.push * glm::cross(c.p_W - contact.p_WG, c.n_W);
+    out.add(c.push, c.p_W - contact.p_WG, c.n_W, own);
   }
   if (total > 0) out.lever /= total;
   // Friction, and a proxy that has not yet followed the hand, also displace the tool: this force acts at the mean

@@ -2,12 +2,10 @@
 #pragma once
 
 #include <array>
-#include <memory>
 #include <vector>
 
 #include "haptics/contact/contact_model.h"
 #include "haptics/contact/cut_log.h"
-#include "haptics/contact/packing/compute_passes.h"
 #include "haptics/contact/packing/packing_parts.h"
 #include "haptics/contact/packing/sphere_proxy.h"
 #include "haptics/contact/packing/surface_estimate.h"
@@ -22,8 +20,6 @@ class PackingModel final : public ContactModel {
  public:
   /// Throws Error for a filling instrument: spheres only become smaller.
   PackingModel(const ServoSettings& settings, const Parameters& parameters);
-  /// For tests: uses `passes` even if slower than the CPU.
-  PackingModel(const ServoSettings& settings, const Parameters& parameters, std::unique_ptr<SpherePasses> passes);
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
   const Snapshot& snapshot() const noexcept override { return snapshot_; }
@@ -31,7 +27,7 @@ class PackingModel final : public ContactModel {
   bool turns_matter() const noexcept override { return proxy().tool().turns_matter(); }
   void begin_anew() noexcept override { forget_contact(); }
   void release() noexcept override { forget_contact(); }
-  bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept override;
+  bool is_free(std::uint32_t tool, const Pose& X_W) noexcept override;
   void take_up(std::uint32_t tool) noexcept override;
   void constrain(const ContactInput& in, Contact& out) noexcept override;
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
@@ -44,12 +40,10 @@ class PackingModel final : public ContactModel {
   void forget_contact() noexcept;
   void watch_retreat(const ContactInput& in) noexcept;
   bool lead_back(const ContactInput& in) noexcept;
-  bool is_free(const ToolSpheres& tool, const Pose& X_W) const noexcept;
   void take_tissue_from_contacts() noexcept;
   void set_friction(const ContactInput& in) noexcept;
   void find_near(const Pose& to) noexcept;
-  double cost(const Pose& from, const Pose& to, const Pose& near_to) noexcept;
-  void load_gpu(bool first) noexcept;
+  double cost(const Pose& from, const Pose& to) noexcept;
   void estimate_tissue() noexcept;
   bool postpones(double dt, double step) noexcept;
   double affordable(const Pose& from, const dvec3& move, const dvec3& turn, double most, double budget) noexcept;
@@ -59,21 +53,11 @@ class PackingModel final : public ContactModel {
   PerTissue density_{};  // density of each tissue divided by the density of dentin
   PerTissue energy_{};   // J/m³, specific cutting energy of each tissue, computed from density_
   PackingSnapshot snapshot_;
-  std::vector<SphereProxy> proxies_;    // proxies, one for each tool
-  std::unique_ptr<ComputePasses> gpu_;  // GPU passes; null: only the CPU is used
-  bool gpu_must_win_ = false;           // true: use the GPU only if it is faster than the CPU
+  std::vector<SphereProxy> proxies_;  // proxies, one for each tool
   std::uint32_t tool_ = 0;
   bool placed_ = false;
-  dvec3 held_{0};  // m, head's centre that was last returned to the servo
-  /// State for leading a blocked proxy back to the hand.
-  struct Retreat {
-    RetreatPath path;      // recorded path of the proxy, in units of kPathUnit
-    dvec3 held_at{0};      // m, position at which contacts block the proxy
-    double held_for = 0;   // s, time near held_at while the hand is far away
-    bool leading = false;  // true: the proxy moves back along `path`
-    std::size_t to = 0;    // index of the path point at which the move back along `path` ends
-    bool wedged = false;   // true: the hand is far away, and `path` does not lead back to it
-  } retreat_;
+  dvec3 held_{0};               // m, head's centre that was last returned to the servo
+  Retreat retreat_{1, 0.1e-3};  // positions in m, path in 0.1 mm
   SurfaceEstimate surface_;
   Pose X_estimated_;          // pose of the proxy for which surface_ was computed
   double postponed_for_ = 0;  // s, time since the cut was postponed; 0: not postponed

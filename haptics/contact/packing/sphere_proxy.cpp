@@ -6,7 +6,6 @@
 #include <limits>
 #include <utility>
 
-#include "haptics/contact/packing/compute_passes.h"
 #include "haptics/cutting/lanes.h"
 
 namespace typodont::haptics::packing {
@@ -90,7 +89,7 @@ SphereProxy::SphereProxy(const ToolSpheres& tool, const ProxyOptions& options)
       moved_before_(tool.size()) {
   next_.places.resize(list_capacity_), next_.gaps.resize(list_capacity_);
   for (const dvec3& c : tool_.center_T) arm_.push_back(glm::length(c));
-  swept_.reserve(tool.size()), sphere_of_ball_.reserve(tool.size());
+  unlisted_.reserve(tool.size());
 }
 
 SphereProxy::Motion SphereProxy::motion_to(const Pose& goal) const noexcept {
@@ -101,7 +100,7 @@ SphereProxy::Motion SphereProxy::motion_to(const Pose& goal) const noexcept {
 
 void SphereProxy::place(const Pose& X_W) noexcept {
   move_to(X_W);
-  count_ = 0, pushed_ = 0, n_W_ = dvec3(0), sticks_ = false;
+  count_ = 0, pushed_ = 0, sticks_ = false;
 }
 
 void SphereProxy::forget_near() noexcept {
@@ -249,12 +248,16 @@ void SphereProxy::prepare_lists(const SphereTree& tree) noexcept {
 
 template <class Limit, class Visit>
 void SphereProxy::each_listed(std::size_t i, Limit&& limit, Visit&& visit) const noexcept {
+  std::array<Place, SphereTree::kLeafSize> some;
+  std::size_t count = 0;
   for (std::size_t k = i * list_capacity_; k < i * list_capacity_ + lists_[i].count; k += kSphereLanes) {
     const F8 most = F8{} + (static_cast<float>(limit()) + kFloatRounding);
     for (unsigned bits = bits_of(*reinterpret_cast<const F8*>(&gap_[k]) <= most); bits; bits &= bits - 1) {
-      visit(listed_[k + static_cast<std::size_t>(std::countr_zero(bits))]);
+      some[count++] = listed_[k + static_cast<std::size_t>(std::countr_zero(bits))];
+      if (count == some.size()) visit(std::span<const Place>(some)), count = 0;
     }
   }
+  if (count > 0) visit(std::span<const Place>(some).first(count));
 }
 
 /// First sphere of list `i` that tool sphere `i` touches before the fraction `until` of the motion. `certain`: receives
@@ -269,37 +272,32 @@ SphereTree::Hit SphereProxy::first_listed(const SphereTree& tree, std::size_t i,
   if (list.moved >= list.margin && --list.refused < 0) list_near(tree, i, from, until * bound);
   SphereTree::Hit best;
   best.t = until;
-  std::array<Place, SphereTree::kLeafSize> some;
-  std::size_t count = 0;
-  const auto test = [&] {
-    const SphereTree::Hit hit = tree.first_of({some.data(), count}, from, tool_.radius[i], m);
-    if (hit && (hit.t < best.t || (hit.t == best.t && best && hit.sphere < best.sphere))) best = hit;
-    count = 0;
-  };
   each_listed(
       i, [&] { return list.moved + best.t * bound; },
-      [&](Place place) {
-        some[count++] = place;
-        if (count == some.size()) test();
+      [&](std::span<const Place> some) {
+        const SphereTree::Hit hit = tree.first_of(some, from, tool_.radius[i], m);
+        if (hit && (hit.t < best.t || (hit.t == best.t && best && hit.sphere < best.sphere))) best = hit;
       });
-  if (count > 0) test();
   certain = list.moved + best.t * bound < list.margin;
   return best ? best : SphereTree::Hit{};
 }
 
-/// First contact of the tool spheres `begin` to `end` - 1 before the fraction `until` of the motion; of simultaneous
-/// contacts, that with the lowest index. Tests the lists of near spheres first, which shortens the search in the tree.
-FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end,
-                                        const Motion& motion, double until) noexcept {
+/// First contact of the tool spheres from index `first_sphere` on, on the proxy's motion to the pose `goal`; of
+/// simultaneous contacts, that with the lowest index. Tests the lists of near spheres first, which shortens the search
+/// in the tree.
+SphereProxy::FirstContact SphereProxy::first_contact(const SphereTree& tree, std::size_t first_sphere,
+                                                     const Pose& goal) noexcept {
+  const Motion motion = motion_to(goal);
   FirstContact first;
-  sphere_of_ball_.clear();
-  for (std::size_t i = begin; i < end; ++i) {
+  double until = kPastTheEnd;
+  unlisted_.clear();
+  for (std::size_t i = first_sphere; i < tool_.size(); ++i) {
     bool certain;
     const SphereTree::Hit hit = first_listed(tree, i, motion, until, certain);
     if (hit) first = {hit.t, static_cast<int>(i), hit.sphere}, until = hit.t;
-    if (!certain) sphere_of_ball_.push_back(i);
+    if (!certain) unlisted_.push_back(i);
   }
-  for (const std::size_t i : sphere_of_ball_) {
+  for (const std::size_t i : unlisted_) {
     if (lists_[i].moved + until * motion.travel(arm_[i]) < lists_[i].margin) continue;
     const dvec3 from = X_W_ * tool_.center_T[i];
     const SphereTree::Hit hit = tree.first_hit(from, tool_.radius[i], motion.to * tool_.center_T[i] - from);
@@ -307,26 +305,6 @@ FirstContact SphereProxy::first_of_tool(const SphereTree& tree, std::size_t begi
     first = {hit.t, static_cast<int>(i), hit.sphere}, until = hit.t;
   }
   return first;
-}
-
-/// First contact of the tool on its path to the pose `goal`.
-FirstContact SphereProxy::first_contact(const SphereTree& tree, const Pose& goal, ComputePasses* gpu) noexcept {
-  FirstContact first;
-  const Motion motion = motion_to(goal);
-  if (gpu && gpu->ready()) {
-    swept_.clear(), sphere_of_ball_.clear();
-    for (std::size_t i = 0; i < tool_.size(); ++i) {
-      if (lists_[i].moved + motion.travel(arm_[i]) < lists_[i].free) continue;
-      const dvec3 from = X_W_ * tool_.center_T[i], m = goal * tool_.center_T[i] - from;
-      swept_.push_back({from, m, tool_.radius[i]});
-      sphere_of_ball_.push_back(i);
-    }
-    if (gpu->first_contact(swept_, first)) {
-      if (first.ball >= 0) first.ball = static_cast<int>(sphere_of_ball_[static_cast<std::size_t>(first.ball)]);
-      return first;
-    }
-  }
-  return first_of_tool(tree, 0, tool_.size(), motion, kPastTheEnd);
 }
 
 std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const Pose& to,
@@ -343,31 +321,23 @@ std::size_t SphereProxy::near_path(const SphereTree& tree, std::size_t i, const 
 /// stored gap is above `gap`. In a long list, that is the only test, because nearly all remaining spheres are near.
 std::size_t SphereProxy::listed_near(const SphereTree& tree, std::size_t i, double gap, const dvec3& a, const dvec3& b,
                                      double reach, std::span<Place> found) const noexcept {
-  std::size_t count = 0, waiting = 0;
-  if (lists_[i].count >= kLongList && gap < kFewOthers) {
-    each_listed(
-        i, [&] { return gap; },
-        [&](Place place) {
-          if (count < found.size()) found[count] = place;
-          ++count;
-        });
-    return count;
-  }
-  std::array<Place, SphereTree::kLeafSize> some;
-  const auto test = [&] {
-    for (unsigned bits = tree.near_of({some.data(), waiting}, a, b, reach); bits; bits &= bits - 1) {
-      if (count < found.size()) found[count] = some[static_cast<std::size_t>(std::countr_zero(bits))];
-      ++count;
-    }
-    waiting = 0;
+  const bool all = lists_[i].count >= kLongList && gap < kFewOthers;
+  std::size_t count = 0;
+  const auto add = [&](Place place) {
+    if (count < found.size()) found[count] = place;
+    ++count;
   };
   each_listed(
       i, [&] { return gap; },
-      [&](Place place) {
-        some[waiting++] = place;
-        if (waiting == some.size()) test();
+      [&](std::span<const Place> some) {
+        if (all) {
+          for (const Place place : some) add(place);
+        } else {
+          for (unsigned bits = tree.near_of(some, a, b, reach); bits; bits &= bits - 1) {
+            add(some[static_cast<std::size_t>(std::countr_zero(bits))]);
+          }
+        }
       });
-  if (waiting > 0) test();
   return count;
 }
 
@@ -406,7 +376,7 @@ double SphereProxy::non_cutting_parts_allow(const SphereTree& tree, double longe
     const double fraction =
         std::min({1.0, longest_path / std::max(travel, 1e-300), kMaxTurn / std::max(angle, 1e-300)});
     const Pose goal{X_W_.p + fraction * by, glm::normalize(turned_by(fraction * turned) * X_W_.R)};
-    const FirstContact first = first_of_tool(tree, tool_.head, tool_.size(), motion_to(goal), kPastTheEnd);
+    const FirstContact first = first_contact(tree, tool_.head, goal);
     const double part = fraction * reached(tree, goal, first);
     if (first.ball < 0 || part * travel > kGap || slide == kSlides) {
       move = by, turn = turned;
@@ -500,7 +470,7 @@ void SphereProxy::add_contact(const SphereTree& tree, int tool_sphere, int spher
                       known ? constraints_[at].multiplier : 0};
 }
 
-void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu) noexcept {
+void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH) noexcept {
   // Keeps the contacts whose spheres still touch.
   const std::size_t before = count_;
   count_ = 0;
@@ -546,7 +516,7 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     arrived = glm::length(by) + lever_ * glm::length(turned) < kArrived;
     if (arrived) break;
     const Pose goal{X_W_.p + by, glm::normalize(turned_by(turned) * X_W_.R)};
-    const FirstContact first = first_contact(tree, goal, gpu);
+    const FirstContact first = first_contact(tree, 0, goal);
     const double part = reached(tree, goal, first);
     stuck = part > 0 ? 0 : stuck + 1;
     if (part >= 1) {
@@ -573,13 +543,11 @@ void SphereProxy::follow(const SphereTree& tree, const Pose& X_WH, ComputePasses
     dvec3 by, turned;
     project(X_WH.p - X_W_.p, rotation_angle(X_W_.R, X_WH.R), by, turned);
   }
-  pushed_ = 0, n_W_ = dvec3(0);
+  pushed_ = 0;
   for (std::size_t k = 0; k < count_; ++k) {
     contacts_[k].push = constraints_[k].multiplier;
     pushed_ += contacts_[k].push;
-    n_W_ += contacts_[k].push * contacts_[k].n_W;
   }
-  if (const double length = glm::length(n_W_); length > 0) n_W_ /= length;
   sticks_ = pushed_ > 0 && !slid;
   prepare_lists(tree);
 }

@@ -9,11 +9,8 @@
 
 #include "haptics/contact/packing/sphere_tree.h"
 #include "haptics/contact/packing/tool_spheres.h"
-#include "haptics/sphere_passes.h"
 
 namespace typodont::haptics::packing {
-
-class ComputePasses;
 
 /// rad, largest rotation per step; treating its arc as a chord then errs by at most 5e-5 of the tool's reach.
 inline constexpr double kMaxTurn = 0.02;
@@ -67,8 +64,8 @@ class SphereProxy {
   /// Limits the motion of the non-cutting parts in a cut: `move` (m) and `turn` (rad) become the nearest motion without
   /// penetration. Returns the fraction of this motion up to the next contact within `longest_path` m; 1: no contact.
   double non_cutting_parts_allow(const SphereTree& tree, double longest_path, dvec3& move, dvec3& turn) noexcept;
-  /// Moves the proxy as near to the hand as possible; once per tick. If `gpu` is ready, the GPU searches contacts.
-  void follow(const SphereTree& tree, const Pose& X_WH, ComputePasses* gpu = nullptr) noexcept;
+  /// Moves the proxy as near to the hand as possible; once per tick.
+  void follow(const SphereTree& tree, const Pose& X_WH) noexcept;
 
   /// Lists the tissue spheres that one tool sphere can touch on its path to `to`, like SphereTree::near_segment().
   std::size_t near_path(const SphereTree& tree, std::size_t tool_sphere, const Pose& to,
@@ -82,8 +79,6 @@ class SphereProxy {
   const Pose& pose() const { return X_W_; }
   std::span<const ProxyContact> contacts() const { return {contacts_.data(), count_}; }
   bool touches() const { return pushed_ > 0; }
-  /// Unit vector: sum of the contact normals, weighted by their pushes; zero without contact.
-  const dvec3& normal() const { return n_W_; }
 
   /// Mean of the contact points, m, weighted by the pushes of the contacts.
   dvec3 contact_point() const noexcept;
@@ -138,6 +133,12 @@ class SphereProxy {
     std::vector<Place> places;
     std::vector<float> gaps;  // m, gap of each sphere in the list
   };
+  /// Earliest contact; at equal times, the one with the lowest `ball`, then the lowest `sphere`.
+  struct FirstContact {
+    double t = kNever;  // fraction 0..1 of the path; kNever: no contact
+    // Indices of the tool sphere and the tissue sphere; -1: no contact.
+    int ball = -1, sphere = -1;
+  };
   struct Constraint {
     // change of the gap per m of translation (no unit), and per rad of rotation (m)
     dvec3 n{0}, turn{0};
@@ -146,11 +147,9 @@ class SphereProxy {
   };
   void project(const dvec3& move, const dvec3& turn, dvec3& allowed_move, dvec3& allowed_turn,
                std::size_t first_sphere = 0) noexcept;
-  FirstContact first_contact(const SphereTree& tree, const Pose& goal, ComputePasses* gpu) noexcept;
   SphereTree::Hit first_listed(const SphereTree& tree, std::size_t tool_sphere, const Motion& motion, double until,
                                bool& certain) noexcept;
-  FirstContact first_of_tool(const SphereTree& tree, std::size_t begin, std::size_t end, const Motion& motion,
-                             double until) noexcept;
+  FirstContact first_contact(const SphereTree& tree, std::size_t first_sphere, const Pose& goal) noexcept;
   double reached(const SphereTree& tree, const Pose& goal, const FirstContact& first) const noexcept;
   /// `travel`: m, motion of the tool sphere for which the list must be valid.
   void list_near(const SphereTree& tree, std::size_t tool_sphere, const dvec3& center, double travel) noexcept;
@@ -159,8 +158,8 @@ class SphereProxy {
   void use_list() noexcept;
   void prepare_lists(const SphereTree& tree) noexcept;
   double spread_margin(std::size_t tool_sphere, double margin) const noexcept;
-  /// Calls visit(place) for the spheres of a list whose gap was at most limit() when the list was made, and for a few
-  /// more. visit() may reduce limit().
+  /// Calls visit(places) for the spheres of a list whose gap was at most limit() when the list was made, and for a few
+  /// more, at most eight at a time. visit() may reduce limit().
   template <class Limit, class Visit>
   void each_listed(std::size_t tool_sphere, Limit&& limit, Visit&& visit) const noexcept;
   std::size_t listed_near(const SphereTree& tree, std::size_t tool_sphere, double gap, const dvec3& a, const dvec3& b,
@@ -184,14 +183,12 @@ class SphereProxy {
   // m, gap between each listed sphere and its tool sphere when the list was made; infinity: the slot is unused
   std::vector<float> gap_;
   NextList next_;
-  std::vector<double> moved_before_;         // m, for each list: `moved` at the end of the last tick
-  std::vector<SweptBall> swept_;             // moving balls for a search by the GPU
-  std::vector<std::size_t> sphere_of_ball_;  // for each ball: its tool sphere
+  std::vector<double> moved_before_;   // m, for each list: `moved` at the end of the last tick
+  std::vector<std::size_t> unlisted_;  // tool spheres whose lists are too short for the current motion
   // m, largest distance of at most kStickOut by which a cut sphere protruded from its old surface since end_notes()
   double protrudes_ = 0;
   bool noted_ = false;  // true: since end_notes(), a cut sphere has protruded from its old surface
   double pushed_ = 0;   // m, sum of the pushes of all contacts
-  dvec3 n_W_{0};
   bool sticks_ = false;
 };
 

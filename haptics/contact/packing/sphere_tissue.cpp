@@ -57,12 +57,6 @@ double SphereTissue::left_of(const CutSphere& s, double curve) const noexcept {
   return s.whole_volume * (1 - lens_volume(curve, s.whole_radius, curve + s.whole_radius - deep) / base);
 }
 
-PerTissue SphereTissue::volumes() const noexcept {
-  PerTissue sum{};
-  for (int i = 0; i < static_cast<int>(size()); ++i) sum[static_cast<std::size_t>(tissue(i))] += volume(i);
-  return sum;
-}
-
 /// Computes the state of `s` after a cut by a ball of radius `r` from a to b. Returns false if the ball does not
 /// overlap what earlier cuts have left of the sphere.
 bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, double r, double curve) const noexcept {
@@ -87,12 +81,6 @@ bool SphereTissue::after_cut(CutSphere& s, const dvec3& a, const dvec3& b, doubl
   return true;
 }
 
-std::size_t SphereTissue::cut(const dvec3& a, const dvec3& b, double r, std::span<Place> changed,
-                              std::span<CutSphere> before, Removed& removed) noexcept {
-  const std::size_t found = std::min(tree_.near_segment(a, b, r, changed), changed.size());
-  return cut_near(found, a, b, r, r, changed, before, removed);
-}
-
 std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, double curve,
                                    std::span<Place> changed, std::span<CutSphere> before, Removed& removed) noexcept {
   std::size_t kept = 0;
@@ -111,11 +99,6 @@ std::size_t SphereTissue::cut_near(std::size_t found, const dvec3& a, const dvec
   }
   if (unmended) tree_.mend_above(*unmended);
   return kept;
-}
-
-void SphereTissue::take(int i, const CutSphere& after, Removed& removed) noexcept {
-  count(tree_.place_of(i), volume(i) - after.volume, removed);
-  set(i, after);
 }
 
 /// Data of eight tissue spheres for SIMD: their states before and after a cut by one ball.

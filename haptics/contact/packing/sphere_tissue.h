@@ -1,6 +1,7 @@
 // The spheres of the tissue. A cut makes them smaller, moves or removes them. S2: see docs/papers.md.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -8,10 +9,35 @@
 
 #include "engine/contract/sphere_packing.h"
 #include "haptics/contact/packing/sphere_tree.h"
-#include "haptics/sphere_passes.h"
 #include "haptics/tissue_volume.h"
 
 namespace typodont::haptics::packing {
+
+/// Which volume of a partly cut sphere counts as removed.
+enum class Removal {
+  // The intersection of the tool with the uncut sphere (lens, eq. 2 of paper S2).
+  kMended,
+  // The sphere's loss of volume by eq. 6 of paper S2 as printed; at a small overlap δ, 2 radius/δ times too large.
+  kAsPrinted,
+};
+
+/// A cut sphere: `base` is the sphere before the current cut, from which eq. 6 of paper S2 computes the current sphere.
+struct CutSphere {
+  dvec3 base{0};           // m, frame W, centre before the current cut
+  double base_radius = 0;  // m, radius of the sphere `base`
+  double volume = 0;       // m³, remaining volume, including the sphere's part of the gaps between spheres
+  // Unit vector from the nearest point of the cutting path to the base's centre.
+  dvec3 away{0};
+  // Largest overlap with the base, m; at 2 · base_radius the sphere is gone.
+  double overlap = 0;
+  double tool = 0;          // m, radius of the tool sphere that cut
+  double whole_radius = 0;  // m, radius before all cuts
+  double whole_volume = 0;  // m³, `volume` before all cuts
+
+  bool operator==(const CutSphere&) const = default;
+  double radius() const { return std::max(0.0, base_radius - 0.5 * overlap); }
+  dvec3 center() const { return base + 0.5 * overlap * away; }
+};
 
 /// The volume of tissue that a cut removes.
 struct Removed {
@@ -27,7 +53,7 @@ struct Removed {
 
 class TriedCut;
 
-/// The spheres with their search tree. One thread at a time. cut() and set() are noexcept and never allocate.
+/// The spheres with their search tree. One thread at a time. cut_near() and set() are noexcept and never allocate.
 class SphereTissue {
  public:
   SphereTissue() : SphereTissue(SpherePacking{}, Removal::kMended) {}
@@ -51,22 +77,14 @@ class SphereTissue {
   void set_material(int i, Tissue tissue, double hardness) noexcept;
   /// Volume of sphere i with its share of the gaps between spheres, m³.
   double volume(int i) const noexcept { return sphere(i).volume; }
-  /// Remaining volume of each tissue, m³.
-  PerTissue volumes() const noexcept;
 
-  /// Cuts with a ball of radius `r` from a to b (paper S2, eq. 6); adds to `removed`. Writes the changed spheres to
-  /// `changed`, which needs room for all touched spheres, and returns their number. `before` receives their former
-  /// states, unless it is empty.
-  std::size_t cut(const dvec3& a, const dvec3& b, double r, std::span<Place> changed, std::span<CutSphere> before,
-                  Removed& removed) noexcept;
-  /// Like cut(), but without search: the first `found` elements of `changed` are the spheres that the ball may touch.
-  /// `curve`: ToolSpheres::curve of the ball.
+  /// Cuts with a ball of radius `r` from a to b (paper S2, eq. 6); adds to `removed`. The first `found` elements of
+  /// `changed` are the spheres that the ball may touch. Writes the changed spheres to `changed`, and returns their
+  /// number. `before` receives their former states, unless it is empty. `curve`: ToolSpheres::curve of the ball.
   std::size_t cut_near(std::size_t found, const dvec3& a, const dvec3& b, double r, double curve,
                        std::span<Place> changed, std::span<CutSphere> before, Removed& removed) noexcept;
   /// Sets a sphere to an earlier state, for undo.
   void set(int i, const CutSphere& sphere) noexcept;
-  /// Sets a sphere to its state after a cut, and adds the change to `removed`.
-  void take(int i, const CutSphere& after, Removed& removed) noexcept;
   /// Applies the cut that `tried` has computed; the result is bit-identical to that of carve(). Calls changes(place,
   /// protrudes) for each changed sphere, and ends_ball() for each tool sphere.
   template <class Changes, class EndsBall>
@@ -78,9 +96,6 @@ class SphereTissue {
   struct Lanes;
   /// Smallest ratio of a sphere's radius to that before the cut. A smaller sphere is removed, as it cannot be felt.
   static constexpr double kMin = 1e-3;
-
-  /// Size of spheres and tree, bytes.
-  std::size_t bytes() const { return size() * (sizeof(CutSphere) + sizeof(Tissue) + sizeof(float)) + tree_.bytes(); }
 
  private:
   friend class TriedCut;

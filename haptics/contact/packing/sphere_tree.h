@@ -104,13 +104,6 @@ class SphereTree {
 
   /// Bit mask of the given spheres (at most kLeafSize) that near_segment() would find.
   unsigned near_of(std::span<const Place> spheres, const dvec3& a, const dvec3& b, double reach) const noexcept;
-  /// Rank of sphere i: near_segment() lists spheres by ascending rank.
-  std::uint32_t rank(int i) const noexcept {
-    constexpr auto kLanes = static_cast<std::uint32_t>(kLeafSize);
-    const auto place = static_cast<std::uint32_t>(place_of(i));
-    const auto last = static_cast<std::uint32_t>(leaves_.size()) - 1;
-    return (last - place / kLanes) * kLanes + place % kLanes;
-  }
 
   /// Distance from p to the nearest sphere's surface, m, at most `most`, negative inside. If the distance is at most
   /// `enough`, may return any value between the distance and `enough`.
@@ -121,10 +114,6 @@ class SphereTree {
 
   /// Sphere with the surface nearest to p (the first in the tree's order); -1: there is none.
   int nearest(const dvec3& p) const noexcept;
-
-  std::size_t bytes() const {
-    return leaves_.size() * sizeof(Leaf) + nodes_.size() * sizeof(Node) + 2 * place_of_.size() * sizeof(int);
-  }
 
   // Public because the SIMD kernels use it.
   struct alignas(64) Leaf {

@@ -8,36 +8,6 @@
 
 namespace typodont::haptics::packing {
 
-void OverlapSum::add(const dvec3& c, Place place, double v) noexcept {
-  const dvec3 off = c - tissue_.tree().center(place);
-  const double d = glm::length(off);
-  add(place, d > 0 ? off / d : dvec3(0), v);
-}
-
-void OverlapSum::add(Place place, const dvec3& n, double v) noexcept {
-  const auto label = static_cast<std::size_t>(tissue_.tissue(place));
-  const double hardness = tissue_.hardness(place), rho = density_[label] * hardness;
-  normal_ += n * v * rho;
-  sum_.fraction[label] += v;
-  sum_.hardness[label] += v * hardness;
-  sum_.volume += v;
-  weighted_ += v * rho;
-}
-
-SurfaceEstimate OverlapSum::estimate() const noexcept {
-  SurfaceEstimate e = sum_;
-  if (const double length = glm::length(normal_); length > 0) e.n_W = normal_ / length;
-  if (e.volume > 0) {
-    for (std::size_t t = 0; t < kTissueCount; ++t) {
-      if (e.fraction[t] > 0) e.hardness[t] /= e.fraction[t];
-      e.fraction[t] /= e.volume;
-    }
-    e.normalised = weighted_ / e.volume;
-    e.density = weighted_ / kCubicMillimetre;
-  }
-  return e;
-}
-
 namespace {
 
 /// Overlaps of eight tissue spheres with one ball.
@@ -62,44 +32,45 @@ void overlaps_of(const SphereTree::Leaf& spheres, const dvec3& c, double r, Over
   write_lanes(overlaps.n[2], apart ? z / d : D8{});
 }
 
-/// near(t, c, r) must write to `scratch` the tissue spheres within r of c, the centre of tool sphere t, in the tree's
-/// order, and return their number.
-template <class Near>
-SurfaceEstimate estimated(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP, const dvec3& p_WC,
-                          double epsilon, const PerTissue& density, std::span<Place> scratch, Near&& near) noexcept {
-  OverlapSum sum(tissue, density);
-  for (std::size_t t = 0; t < tool.head; ++t) {
-    const dvec3 c = X_WP * tool.center_T[t];
-    if (glm::distance(c, p_WC) - tool.radius[t] > epsilon) continue;
-    const double r = tool.radius[t] + epsilon;
-    const std::size_t found = std::min(near(t, c, r), scratch.size());
-    for (std::size_t k = 0; k < found; k += SphereTree::kLeafSize) {
-      const std::span<const Place> some = scratch.subspan(k, std::min(found - k, SphereTree::kLeafSize));
-      Overlaps overlaps;
-      overlaps_of(tissue.tree().lanes_of(some), c, r, overlaps);
-      for (std::size_t j = 0; j < some.size(); ++j) {
-        if (!(overlaps.volume[j] > 0)) continue;
-        sum.add(some[j], {overlaps.n[0][j], overlaps.n[1][j], overlaps.n[2][j]}, overlaps.volume[j]);
-      }
-    }
-  }
-  return sum.estimate();
-}
-
 }  // namespace
-
-SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP,
-                                 const dvec3& p_WC, double epsilon, const PerTissue& density,
-                                 std::span<Place> scratch) noexcept {
-  return estimated(tissue, tool, X_WP, p_WC, epsilon, density, scratch,
-                   [&](std::size_t, const dvec3& c, double r) { return tissue.tree().near_segment(c, c, r, scratch); });
-}
 
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, SphereProxy& proxy, const dvec3& p_WC, double epsilon,
                                  const PerTissue& density, std::span<Place> scratch) noexcept {
-  return estimated(
-      tissue, proxy.tool(), proxy.pose(), p_WC, epsilon, density, scratch,
-      [&](std::size_t t, const dvec3&, double) { return proxy.near_here(tissue.tree(), t, epsilon, scratch); });
+  const ToolSpheres& tool = proxy.tool();
+  SurfaceEstimate e;
+  dvec3 normal(0);      // m³, sum of overlap × density × direction from tissue to tool
+  double weighted = 0;  // m³, sum of overlap × density
+  for (std::size_t t = 0; t < tool.head; ++t) {
+    const dvec3 c = proxy.pose() * tool.center_T[t];
+    if (glm::distance(c, p_WC) - tool.radius[t] > epsilon) continue;
+    const std::size_t found = std::min(proxy.near_here(tissue.tree(), t, epsilon, scratch), scratch.size());
+    for (std::size_t k = 0; k < found; k += SphereTree::kLeafSize) {
+      const std::span<const Place> some = scratch.subspan(k, std::min(found - k, SphereTree::kLeafSize));
+      Overlaps overlaps;
+      overlaps_of(tissue.tree().lanes_of(some), c, tool.radius[t] + epsilon, overlaps);
+      for (std::size_t j = 0; j < some.size(); ++j) {
+        const double v = overlaps.volume[j];
+        if (!(v > 0)) continue;
+        const auto label = static_cast<std::size_t>(tissue.tissue(some[j]));
+        const double hardness = tissue.hardness(some[j]), rho = density[label] * hardness;
+        normal += dvec3(overlaps.n[0][j], overlaps.n[1][j], overlaps.n[2][j]) * v * rho;
+        e.fraction[label] += v;
+        e.hardness[label] += v * hardness;
+        e.volume += v;
+        weighted += v * rho;
+      }
+    }
+  }
+  if (const double length = glm::length(normal); length > 0) e.n_W = normal / length;
+  if (e.volume > 0) {
+    for (std::size_t t = 0; t < kTissueCount; ++t) {
+      if (e.fraction[t] > 0) e.hardness[t] /= e.fraction[t];
+      e.fraction[t] /= e.volume;
+    }
+    e.normalised = weighted / e.volume;
+    e.density = weighted / kCubicMillimetre;
+  }
+  return e;
 }
 
 }  // namespace typodont::haptics::packing

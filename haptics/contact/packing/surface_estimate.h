@@ -19,31 +19,9 @@ struct SurfaceEstimate {
   PerTissue hardness{};   // mean hardness of each tissue's spheres in contact (SphereTissue::hardness)
 };
 
-/// Adds the overlaps of pairs of spheres (paper S2, eq. 2 and 3). The order of the pairs changes the rounding.
-class OverlapSum {
- public:
-  OverlapSum(const SphereTissue& tissue, const PerTissue& density) : tissue_(tissue), density_(density) {}
-  /// Adds the overlap `v` (m³) of the tool sphere at `c` with the tissue sphere at `place`.
-  void add(const dvec3& c, Place place, double v) noexcept;
-  /// Adds an overlap `v` (m³) with the direction `n` from tissue to tool; `n` is zero if both have the same centre.
-  void add(Place place, const dvec3& n, double v) noexcept;
-  SurfaceEstimate estimate() const noexcept;
-
- private:
-  const SphereTissue& tissue_;
-  const PerTissue& density_;
-  SurfaceEstimate sum_;
-  dvec3 normal_{0};
-  double weighted_ = 0;  // m³, sum of overlap (m³) × density (no unit)
-};
-
-/// Computes eq. 2 and 3 of paper S2, with the head's spheres enlarged by `epsilon` (m). `density`: of each tissue,
-/// multiplied here by each sphere's hardness; 0: no resistance. `scratch`: buffer for tissue spheres near the head.
-SurfaceEstimate estimate_surface(const SphereTissue& tissue, const ToolSpheres& tool, const Pose& X_WP,
-                                 const dvec3& p_WC, double epsilon, const PerTissue& density,
-                                 std::span<Place> scratch) noexcept;
-
-/// Like estimate_surface() above, bit-identical, but searches the proxy's lists of near spheres where they suffice.
+/// Computes eq. 2 and 3 of paper S2 at the proxy's pose, with the head's spheres enlarged by `epsilon` (m). `p_WC`:
+/// contact point. `density`: of each tissue, multiplied here by each sphere's hardness; 0: no resistance. `scratch`:
+/// buffer for tissue spheres near the head.
 SurfaceEstimate estimate_surface(const SphereTissue& tissue, SphereProxy& proxy, const dvec3& p_WC, double epsilon,
                                  const PerTissue& density, std::span<Place> scratch) noexcept;
 

@@ -44,12 +44,6 @@ constexpr double kFlat = 1e-7;
 // Two approximate lengths count as different only if one is below kShorter × the other.
 constexpr double kShorter = 1 - 1e-6;
 
-dvec3 normal2(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
-  return glm::cross(b - a, c - a);
-}
-dvec3 normal2(const EditableMesh& mesh, Index f) noexcept {
-  return normal2(mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2));
-}
 double edge2(const EditableMesh& mesh, Index f, int i) noexcept {
   const dvec3 direction = mesh.point(f, (i + 1) % 3) - mesh.point(f, i);
   return glm::dot(direction, direction);
@@ -208,15 +202,15 @@ void MeshCutter::sort_near() noexcept {
 }
 
 /// Splits long edges near the head, without changing the shape. Returns false if the tick's effort is used up.
-bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
-  const double longest2 = P::longest * P::longest * edge * edge;
-  const std::size_t most = std::min(near_.capacity(), max_faces(*head.head, edge));
+bool MeshCutter::refine(EditableMesh& mesh) noexcept {
+  const double longest2 = P::longest * P::longest * job_.edge * job_.edge;
+  const std::size_t most = std::min(near_.capacity(), max_faces(*head_.head, job_.edge));
   while (at_ < near_.size()) {
     if (left_ <= 0) return false;
     left_ -= kCutCosts.refine;
     const Index f = near_[at_];
     // No edge is longer than the bounding ball's diameter.
-    if (static_cast<double>(mesh.ball_radius(f)) < 0.5 * P::longest * edge * kShorter) {
+    if (static_cast<double>(mesh.ball_radius(f)) < 0.5 * P::longest * job_.edge * kShorter) {
       ++at_;
       continue;
     }
@@ -237,7 +231,7 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
       const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
       const dvec3 g = (a + b + c) / 3.0;
       const double size = std::sqrt(std::max({glm::dot(a - g, a - g), glm::dot(b - g, b - g), glm::dot(c - g, c - g)}));
-      reached = head.distance(g) < size;
+      reached = head_.distance(g) < size;
     }
     if (!reached || near_.size() + 3 > most) {
       ++at_;
@@ -248,7 +242,7 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
     const dvec3 middle = 0.5 * (mesh.point(f, longest) + mesh.point(f, (longest + 1) % 3));
     const Index m = mesh.split(f, longest, middle);
     if (m == kNone) return true;  // the buffers are full, so no more edges are split
-    done.changed = true;
+    done_.changed = true;
     near_.push_back(g);
     mesh.around(m, [&](Index h, int) {
       if (h != f && h != g) near_.push_back(h);
@@ -262,7 +256,7 @@ bool MeshCutter::refine(EditableMesh& mesh, const Placed& head, double edge, Cut
 
 /// Moves a vertex by `depth` along `n`, out of the head and into the solid, but not out of the solid through a
 /// neighbouring face. Returns false if there is no such direction.
-bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, Index v, const dvec3& n, double depth,
+bool MeshCutter::push_direction(const EditableMesh& mesh, Index v, const dvec3& n, double depth,
                                 dvec3& to) const noexcept {
   constexpr int kMaxFaces = 32;
   dvec3 areas[kMaxFaces], normals[kMaxFaces], sum(0);
@@ -306,24 +300,24 @@ bool MeshCutter::push_direction(const EditableMesh& mesh, const Placed& head, In
     if (!(length > 0)) return false;
   }
   direction /= length;
-  const dvec3 direction_T = head.head->is_ball() ? direction : head.R_TW * direction;
-  to = p + head.head->distance_to_surface(head.to_tool(p), direction_T) * direction;
+  const dvec3 direction_T = head_.head->is_ball() ? direction : head_.R_TW * direction;
+  to = p + head_.head->distance_to_surface(head_.to_tool(p), direction_T) * direction;
   return true;
 }
 
 /// Computes target positions of the vertices that find_inside() collected.
-void MeshCutter::find_targets(const EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
-  const double most2 = P::farthest * P::farthest * edge * edge;
+void MeshCutter::find_targets(const EditableMesh& mesh) noexcept {
+  const double most2 = P::farthest * P::farthest * job_.edge * job_.edge;
   left_ -= kCutCosts.distances * static_cast<Effort>(distances_.size());
-  distances_.evaluate(*head.head, head.R_WT, -P::overlap);
+  distances_.evaluate(*head_.head, head_.R_WT, -P::overlap);
   left_ -= kCutCosts.push * static_cast<Effort>(distances_.size());
   for (std::size_t i = 0; i < distances_.size(); ++i) {
     const Index v = distances_.point(i);
     const mesh::Vertex& vertex = mesh.vertex(v);
     dvec3 to;
-    if (vertex.on_border() || !push_direction(mesh, head, v, distances_.normal_W(i), -distances_.distance(i), to) ||
+    if (vertex.on_border() || !push_direction(mesh, v, distances_.normal_W(i), -distances_.distance(i), to) ||
         glm::dot(to - vertex.p, to - vertex.p) > most2) {
-      done.held = true;
+      done_.held = true;
       continue;
     }
     place_of_[v] = static_cast<std::uint32_t>(moved_.size());
@@ -333,39 +327,39 @@ void MeshCutter::find_targets(const EditableMesh& mesh, const Placed& head, doub
 }
 
 /// Finds the vertices inside the head, and the positions to which they will be moved.
-bool MeshCutter::find_inside(const EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept {
+bool MeshCutter::find_inside(const EditableMesh& mesh) noexcept {
   if (at_ == 0) {
     moved_.clear();
     distances_.clear();
     ++search_number_;
   }
-  const glm::vec3 axis(head.R_WT[2]), center(head.X_W.p);
+  const glm::vec3 axis(head_.R_WT[2]), center(head_.X_W.p);
   if (!each(near_.size(), kCutCosts.find, [&](std::size_t k) {
         // If the bounding ball of a face is outside the head, so are the face's corners.
         const Index f = near_[k];
         const float far = mesh.ball_radius(f) + static_cast<float>(kBallRounding);
-        if (!head.head->may_be_within(mesh.ball_center(f) - center, axis, far)) return;
+        if (!head_.head->may_be_within(mesh.ball_center(f) - center, axis, far)) return;
         for (const Index v : mesh.face(f).v) {
           if (!see_vertex(v)) continue;
           place_of_[v] = kNone;
-          const dvec3 from = mesh.vertex(v).p - head.X_W.p;
-          if (!head.head->may_be_within(glm::vec3(from), axis, 0)) continue;
-          if (distances_.full()) find_targets(mesh, head, edge, done);
+          const dvec3 from = mesh.vertex(v).p - head_.X_W.p;
+          if (!head_.head->may_be_within(glm::vec3(from), axis, 0)) continue;
+          if (distances_.full()) find_targets(mesh);
           distances_.add(v, from);
         }
       })) {
     return false;
   }
-  find_targets(mesh, head, edge, done);
+  find_targets(mesh);
   return true;
 }
 
 /// Stores, for the faces around the moving vertex v, their normals and their tetrahedra with the head's centre.
-void MeshCutter::collect_affected(const EditableMesh& mesh, const Placed& head, Index v) noexcept {
+void MeshCutter::collect_affected(const EditableMesh& mesh, Index v) noexcept {
   mesh.around(v, [&](Index f, int) {
     if (!see_face(f)) return;
     const dvec3 &a = mesh.point(f, 0), &b = mesh.point(f, 1), &c = mesh.point(f, 2);
-    affected_.push_back({f, volume6(a, b, c, head.X_W.p), normal2(a, b, c)});
+    affected_.push_back({f, volume6(a, b, c, head_.X_W.p), normal2(a, b, c)});
   });
 }
 
@@ -384,7 +378,7 @@ bool MeshCutter::hold_back(EditableMesh& mesh, Index f) noexcept {
 }
 
 /// Returns true if a face has turned too far (CutParameters::min_turn) and does not face the head (faces_head).
-bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affected& a) const noexcept {
+bool MeshCutter::folds(const EditableMesh& mesh, const Affected& a) const noexcept {
   const dvec3 now = normal2(mesh, a.f);
   const double along = glm::dot(now, a.normal), now2 = glm::dot(now, now), before2 = glm::dot(a.normal, a.normal);
   // Quick test for a small turn of the face, without square roots; otherwise the exact test follows.
@@ -396,16 +390,16 @@ bool MeshCutter::folds(const EditableMesh& mesh, const Placed& head, const Affec
   if (size > 0 && along >= P::min_turn * size) return false;
   if (size == 0) return a.normal != dvec3(0);
   dvec3 n;
-  head.distance((mesh.point(a.f, 0) + mesh.point(a.f, 1) + mesh.point(a.f, 2)) / 3.0, n);
+  head_.distance((mesh.point(a.f, 0) + mesh.point(a.f, 1) + mesh.point(a.f, 2)) / 3.0, n);
   return glm::dot(now, n) > -P::faces_head * length;
 }
 
 /// Moves the vertices of folded faces back. A face that turns far but faces the head is not folded: it becomes a wall
 /// of the cut. Returns false if the computing effort of this tick is used up.
-bool MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept {
+bool MeshCutter::keep_unfolded(EditableMesh& mesh) noexcept {
   for (;;) {
     if (!each(affected_.size(), kCutCosts.unfold, [&](std::size_t i) {
-          if (folds(mesh, head, affected_[i])) unfold_held_ |= hold_back(mesh, affected_[i].f);
+          if (folds(mesh, affected_[i])) unfold_held_ |= hold_back(mesh, affected_[i].f);
         })) {
       return false;
     }
@@ -420,14 +414,14 @@ bool MeshCutter::keep_unfolded(EditableMesh& mesh, const Placed& head) noexcept 
 
 /// Sorts the faces' bounding balls into slices along the longest side of their box, so that overlaps are searched in
 /// few slices. Large faces come last.
-void MeshCutter::list_balls(const EditableMesh& mesh, double edge) noexcept {
+void MeshCutter::list_balls(const EditableMesh& mesh) noexcept {
   glm::vec3 lo(1e30f), hi(-1e30f);
   for (const Index f : near_) lo = glm::min(lo, mesh.ball_center(f)), hi = glm::max(hi, mesh.ball_center(f));
   const glm::vec3 size = hi - lo;
   slice_axis_ = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
   slice_lo_ = lo[slice_axis_];
   slices_per_m_ = kSlices / std::max(size[slice_axis_], 1e-9f);
-  widest_ = static_cast<float>(edge);
+  widest_ = static_cast<float>(job_.edge);
   const auto slice_of = [&](Index f) {
     return mesh.ball_radius(f) > widest_ ? kSlices : slice_at(mesh.ball_center(f)[slice_axis_]);
   };
@@ -522,21 +516,21 @@ Index MeshCutter::crossed_near(const EditableMesh& mesh, Index f) noexcept {
 }
 
 /// Returns true if a face is directed towards the core (part of the head's axis, core_low()) at all its corners.
-bool MeshCutter::faces_core(const EditableMesh& mesh, const Placed& head, Index f) noexcept {
-  const dvec3 axis = head.head->is_ball() ? dvec3(0) : head.R_WT[2];
+bool MeshCutter::faces_core(const EditableMesh& mesh, Index f) const noexcept {
+  const dvec3 axis = head_.head->is_ball() ? dvec3(0) : head_.R_WT[2];
   // Vector from the nearest point of the core (part of the head's axis) to `off`.
   const auto from_core = [&](const dvec3& off) {
-    return off - std::clamp(glm::dot(off, axis), head.head->core_low(), head.head->core_high()) * axis;
+    return off - std::clamp(glm::dot(off, axis), head_.head->core_low(), head_.head->core_high()) * axis;
   };
   // Quick test with an approximate normal, and with the ball around the face: no corner is outside this ball.
-  const dvec3 center = from_core(dvec3(mesh.ball_center(f)) - head.X_W.p);
+  const dvec3 center = from_core(dvec3(mesh.ball_center(f)) - head_.X_W.p);
   const double far = glm::length(center), radius = static_cast<double>(mesh.ball_radius(f)) + kBallRounding;
   constexpr double kError = EditableMesh::kRoughNormalError;
   if (glm::dot(dvec3(mesh.rough_normal(f)), center) < kFacesCore * (far + radius) - kError * far - radius) return true;
   const dvec3 n = normal2(mesh, f);
   const double length = glm::length(n);
   for (int i = 0; i < 3; ++i) {
-    const dvec3 direction = from_core(mesh.point(f, i) - head.X_W.p);
+    const dvec3 direction = from_core(mesh.point(f, i) - head_.X_W.p);
     if (!(glm::dot(n, direction) < kFacesCore * length * glm::length(direction))) return false;
   }
   return true;
@@ -544,22 +538,17 @@ bool MeshCutter::faces_core(const EditableMesh& mesh, const Placed& head, Index 
 
 /// Adds a face to suspects_ if it does not face the core (part of the head's axis), as in thin walls, undercuts, holes.
 /// If all near faces face the core, each ray from the core enters the solid only once, so no faces intersect.
-void MeshCutter::select_suspect(const EditableMesh& mesh, const Placed& head, double edge, Index f) noexcept {
-  if (faces_core(mesh, head, f)) return;
-  const double within = reach_of_changes(mesh, edge, f);
-  const dvec3 direction = (mesh.point(f, 0) + mesh.point(f, 1) + mesh.point(f, 2)) / 3.0 - head.X_W.p;
-  if (!head.head->may_be_within(glm::vec3(direction), glm::vec3(head.R_WT[2]), static_cast<float>(within))) return;
+void MeshCutter::select_suspect(const EditableMesh& mesh, Index f) noexcept {
+  if (faces_core(mesh, f)) return;
+  // Moved vertices lie on the head's surface, so unchanged faces can intersect another only very near the head.
+  const double within = mesh.ball_radius(f) + (face_seen_[f] == search_number_ ? job_.edge : kBallRounding);
+  const dvec3 direction = (mesh.point(f, 0) + mesh.point(f, 1) + mesh.point(f, 2)) / 3.0 - head_.X_W.p;
+  if (!head_.head->may_be_within(glm::vec3(direction), glm::vec3(head_.R_WT[2]), static_cast<float>(within))) return;
   left_ -= kCutCosts.distance;
-  if (head.head->is_ball()) return add_suspect(mesh, f);
+  if (head_.head->is_ball()) return add_suspect(mesh, f);
   candidates_[distances_.size()] = {f, within};
   distances_.add(static_cast<std::uint32_t>(distances_.size()), direction);
-  if (distances_.full()) decide_candidates(mesh, head);
-}
-
-/// Distance from the head (m) within which a face can intersect another. Moved vertices lie on the head's surface, so
-/// unchanged faces can intersect only very near the head.
-double MeshCutter::reach_of_changes(const EditableMesh& mesh, double edge, Index f) const noexcept {
-  return mesh.ball_radius(f) + (face_seen_[f] == search_number_ ? edge : kBallRounding);
+  if (distances_.full()) decide_candidates(mesh);
 }
 
 void MeshCutter::add_suspect(const EditableMesh& mesh, Index f) noexcept {
@@ -569,8 +558,8 @@ void MeshCutter::add_suspect(const EditableMesh& mesh, Index f) noexcept {
 }
 
 /// Computes the distances of the faces in candidates_ from the head, eight at once, and selects those to be tested.
-void MeshCutter::decide_candidates(const EditableMesh& mesh, const Placed& head) noexcept {
-  distances_.evaluate(*head.head, head.R_WT, std::numeric_limits<double>::infinity());
+void MeshCutter::decide_candidates(const EditableMesh& mesh) noexcept {
+  distances_.evaluate(*head_.head, head_.R_WT, std::numeric_limits<double>::infinity());
   for (std::size_t i = 0; i < distances_.size(); ++i) {
     const Candidate& candidate = candidates_[distances_.point(i)];
     if (!(distances_.distance(i) > candidate.within)) add_suspect(mesh, candidate.f);
@@ -601,26 +590,26 @@ Tissue MeshCutter::tissue_under(const EditableMesh& mesh, Index f) const noexcep
   return label == Tissue::kAir ? own : label;
 }
 
-void MeshCutter::account(EditableMesh& mesh, const Placed& head, const Affected& a, CutDone& done) noexcept {
-  const double now = volume6(mesh.point(a.f, 0), mesh.point(a.f, 1), mesh.point(a.f, 2), head.X_W.p);
-  done.removed[static_cast<std::size_t>(mesh.face(a.f).tissue)] += (a.volume6 - now) / 6;
+void MeshCutter::account(EditableMesh& mesh, const Affected& a) noexcept {
+  const double now = volume6(mesh.point(a.f, 0), mesh.point(a.f, 1), mesh.point(a.f, 2), head_.X_W.p);
+  done_.removed[static_cast<std::size_t>(mesh.face(a.f).tissue)] += (a.volume6 - now) / 6;
   mesh.set_tissue(a.f, tissue_under(mesh, a.f));
 }
 
 /// Collapses an edge, unless a face would turn too far, become too small, flat or long, or intersect another face, or
 /// the volume would change too much. Returns true if done.
-bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, int i, bool keeps_first, double edge,
-                               double longest, double max_volume, CutDone& done) noexcept {
+bool MeshCutter::collapse_edge(EditableMesh& mesh, Index f, int i, bool keeps_first, double longest,
+                               double max_volume) noexcept {
   const Index first = mesh.face(f).v[i], second = mesh.face(f).v[(i + 1) % 3];
   const Index kept = keeps_first ? first : second, gone = keeps_first ? second : first;
   if (mesh.vertex(kept).on_border() || !mesh.may_collapse(f, i, keeps_first)) return false;
   const dvec3 to = mesh.vertex(kept).p, from = mesh.vertex(gone).p;
-  const double longest2 = longest * longest * edge * edge;
+  const double longest2 = longest * longest * job_.edge * job_.edge;
   // Limits for the faces after the collapse. At tiny edges, the limits are weaker for faces that exceed them already;
   // otherwise tiny edges could never be removed.
-  const bool accepts_bad = glm::dot(to - from, to - from) < P::tiny * P::tiny * edge * edge;
+  const bool accepts_bad = glm::dot(to - from, to - from) < P::tiny * P::tiny * job_.edge * job_.edge;
   const auto min_area = [&](const dvec3& before) {
-    const double least = P::min_area * edge * edge;
+    const double least = P::min_area * job_.edge * job_.edge;
     return accepts_bad ? std::min(least, 0.5 * glm::length(before)) : least;
   };
   const auto max_length2 = [&](const dvec3& b) {
@@ -641,12 +630,12 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
     if (!(glm::length(after) > min_area(before))) allowed = false;
     if (allowed && glm::dot(before, after) < P::min_turn_in_mending * size) {
       dvec3 n;
-      head.distance((to + b + d) / 3.0, n);
+      head_.distance((to + b + d) / 3.0, n);
       if (glm::dot(after, n) > -P::faces_head * glm::length(after)) allowed = false;
     }
     if (glm::dot(b - to, b - to) > max_length2(b) || roundness(to, b, d) < min_roundness(b, d)) allowed = false;
   });
-  if (!allowed || std::abs(volume) > 6 * max_volume * edge * edge * edge) return false;
+  if (!allowed || std::abs(volume) > 6 * max_volume * job_.edge * job_.edge * job_.edge) return false;
   if (thin_) {
     const auto stays = [&](Index h) {
       return mesh.face(h).v[0] != gone && mesh.face(h).v[1] != gone && mesh.face(h).v[2] != gone;
@@ -659,12 +648,12 @@ bool MeshCutter::collapse_edge(EditableMesh& mesh, const Placed& head, Index f, 
     });
     if (mesh::crosses_any(mesh, fresh, stays)) return false;
   }
-  done.removed[static_cast<std::size_t>(mesh.face(f).tissue)] -= volume / 6;
+  done_.removed[static_cast<std::size_t>(mesh.face(f).tissue)] -= volume / 6;
   return mesh.collapse(f, i, keeps_first);
 }
 
 /// Flips an edge between nearly coplanar faces if this increases the smaller roundness() of both. Returns true if done.
-bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& done) noexcept {
+bool MeshCutter::turn(EditableMesh& mesh, Index f, int i) noexcept {
   const Index g = mesh.face(f).n[i];
   if (g == kNone) return false;
   const dvec3 a = mesh.point(f, i), b = mesh.point(f, (i + 1) % 3), c = mesh.point(f, (i + 2) % 3);
@@ -679,7 +668,7 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
   }
   // m³ × 6, change of the mesh's volume; positive: added
   const double volume = volume6(a, d, c, b);
-  if (std::abs(volume) > 6 * P::max_volume * edge * edge * edge) return false;
+  if (std::abs(volume) > 6 * P::max_volume * job_.edge * job_.edge * job_.edge) return false;
   if (!mesh.flip(f, i)) return false;
   if (thin_) {
     for (const Index h : {f, g}) {
@@ -690,15 +679,15 @@ bool MeshCutter::turn(EditableMesh& mesh, Index f, int i, double edge, CutDone& 
       return false;
     }
   }
-  done.removed[static_cast<std::size_t>(mesh.face(f).tissue)] -= volume / 6;
+  done_.removed[static_cast<std::size_t>(mesh.face(f).tissue)] -= volume / 6;
   mesh.set_tissue(f, tissue_under(mesh, f));
   mesh.set_tissue(g, tissue_under(mesh, g));
   return true;
 }
 
 /// Collapses a sliver's short edge, or flips its longest edge.
-void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, double edge, CutDone& done) noexcept {
-  const double shortest2 = P::shortest * P::shortest * edge * edge;
+void MeshCutter::repair_sliver(EditableMesh& mesh, Index f) noexcept {
+  const double shortest2 = P::shortest * P::shortest * job_.edge * job_.edge;
   if (!mesh.uses(f)) return;
   int shortest = 0, longest = 0;
   double length2[3];
@@ -711,21 +700,20 @@ void MeshCutter::repair_sliver(EditableMesh& mesh, const Placed& head, Index f, 
     left_ -= thin_ ? kCutCosts.thin_collapse : kCutCosts.collapse;
     // Keeps a vertex that no cut has moved, if possible.
     const bool first = !mesh.vertex(mesh.face(f).v[shortest]).was_moved();
-    if (collapse_edge(mesh, head, f, shortest, first, edge, P::longest, P::max_volume, done) ||
-        collapse_edge(mesh, head, f, shortest, !first, edge, P::longest, P::max_volume, done)) {
+    if (collapse_edge(mesh, f, shortest, first, P::longest, P::max_volume) ||
+        collapse_edge(mesh, f, shortest, !first, P::longest, P::max_volume)) {
       return;
     }
   }
   if (roundness(mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2)) < P::flattest) {
     left_ -= thin_ ? kCutCosts.thin_collapse : kCutCosts.collapse;
-    turn(mesh, f, longest, edge, done);
+    turn(mesh, f, longest);
   }
 }
 
 /// Merges vertex v into a neighbouring vertex. Tries neighbours outside the head first, in order of distance. Returns
 /// false if no merge is possible.
-bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, Index v, double edge,
-                                      CutDone& done) noexcept {
+bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, Index v) noexcept {
   struct Neighbour {
     bool inside;
     double far2;  // m², squared distance of the neighbour from v
@@ -740,7 +728,7 @@ bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, In
   std::size_t count = 0;
   mesh.around(v, [&](Index f, int c) {
     if (count == kMost || !mesh.may_collapse(f, c, false)) return;
-    const bool inside = head.distance(mesh.point(f, (c + 1) % 3)) < -P::overlap;
+    const bool inside = head_.distance(mesh.point(f, (c + 1) % 3)) < -P::overlap;
     const Neighbour next{inside, edge2(mesh, f, c), f, c};
     std::size_t at = count++;
     for (; at > 0 && next < neighbours[at - 1]; --at) neighbours[at] = neighbours[at - 1];
@@ -749,7 +737,7 @@ bool MeshCutter::merge_into_neighbour(EditableMesh& mesh, const Placed& head, In
   for (std::size_t k = 0; k < count; ++k) {
     left_ -= thin_ ? kCutCosts.thin_collapse : kCutCosts.collapse;
     const Neighbour& to = neighbours[k];
-    if (collapse_edge(mesh, head, to.face, to.i, false, edge, P::longest_merged, P::max_given, done)) return true;
+    if (collapse_edge(mesh, to.face, to.i, false, P::longest_merged, P::max_given)) return true;
   }
   return false;
 }
@@ -781,14 +769,13 @@ bool MeshCutter::work(EditableMesh& mesh, const KnownFaces& known, Effort& left)
 
 /// Continues the current stage of the step until it is complete, or the tick's computing effort `left_` is used up.
 void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept {
-  const double edge = job_.edge;
   switch (stage_) {
     case Stage::kNextStep: {
       if (job_.step == job_.steps || done_.held) return go_to(Stage::kDone);
       const int i = ++job_.step;
       const double part = static_cast<double>(i) / job_.steps;
       begin_search(place(*job_.head, i == job_.steps ? job_.X_WB : interpolate(job_.X_WA, job_.X_WB, part)),
-                   P::longest * edge);
+                   P::longest * job_.edge);
       // The list `known` is valid in the first step only, because each step changes the mesh.
       takes_known_ = i == 1 && covers(known), known_ = known.number;
       return go_to(Stage::kSearch);
@@ -799,20 +786,20 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       left_ -= kCutCosts.sort * static_cast<Effort>(near_.size());
       return go_to(Stage::kRefine);
     case Stage::kRefine:
-      if (refine(mesh, head_, edge, done_)) go_to(Stage::kFind);
+      if (refine(mesh)) go_to(Stage::kFind);
       return;
     case Stage::kFind:
-      if (!find_inside(mesh, head_, edge, done_)) return;
+      if (!find_inside(mesh)) return;
       affected_.clear();
       return go_to(moved_.empty() ? Stage::kNextStep : Stage::kCollect);
     case Stage::kCollect:
-      if (!each(moved_.size(), kCutCosts.collect, [&](std::size_t i) { collect_affected(mesh, head_, moved_[i].v); })) {
+      if (!each(moved_.size(), kCutCosts.collect, [&](std::size_t i) { collect_affected(mesh, moved_[i].v); })) {
         return;
       }
       for (const Moved& m : moved_) mesh.move(m.v, m.to);
       return go_to(Stage::kUnfold);
     case Stage::kUnfold:
-      if (keep_unfolded(mesh, head_)) go_to(Stage::kSettle);
+      if (keep_unfolded(mesh)) go_to(Stage::kSettle);
       return;
     case Stage::kSettle:
       if (!each(affected_.size(), kCutCosts.settle, [&](std::size_t i) { mesh.settle_face(affected_[i].f); })) return;
@@ -830,14 +817,14 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
         distances_.clear();
         held_ = false;
       }
-      if (!each(near_.size(), kCutCosts.select, [&](std::size_t k) { select_suspect(mesh, head_, edge, near_[k]); })) {
+      if (!each(near_.size(), kCutCosts.select, [&](std::size_t k) { select_suspect(mesh, near_[k]); })) {
         return;
       }
-      decide_candidates(mesh, head_);
+      decide_candidates(mesh);
       looking_away_ = suspects_.size();
       if (suspects_.empty()) return go_to(Stage::kTest);
       left_ -= kCutCosts.ball * static_cast<Effort>(near_.size());
-      list_balls(mesh, edge);
+      list_balls(mesh);
       return go_to(Stage::kSelectChanged);
     case Stage::kSelectChanged:
       // Also tests changed faces that share a vertex with a suspect: at a fold, these may cross the suspect.
@@ -856,18 +843,17 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       if (!each(suspects_.size(), kCutCosts.test, [&](std::size_t i) { test_suspect(mesh, suspects_[i]); })) return;
       return go_to(held_ ? Stage::kUnfoldAgain : Stage::kAccount);
     case Stage::kUnfoldAgain:
-      if (keep_unfolded(mesh, head_)) go_to(Stage::kSelect);
+      if (keep_unfolded(mesh)) go_to(Stage::kSelect);
       return;
     case Stage::kAccount:
-      if (each(affected_.size(), kCutCosts.account,
-               [&](std::size_t i) { account(mesh, head_, affected_[i], done_); })) {
+      if (each(affected_.size(), kCutCosts.account, [&](std::size_t i) { account(mesh, affected_[i]); })) {
         go_to(Stage::kMerge);
       }
       return;
     case Stage::kMerge:
       if (!each(moved_.size(), 1, [&](std::size_t i) {
             const Moved& m = moved_[i];
-            if (!m.stays || merge_into_neighbour(mesh, head_, m.v, edge, done_)) {
+            if (!m.stays || merge_into_neighbour(mesh, m.v)) {
               done_.changed = true;
             } else {
               done_.held = true;
@@ -877,8 +863,7 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
       }
       return go_to(Stage::kRepair);
     case Stage::kRepair:
-      if (each(affected_.size(), kCutCosts.repair,
-               [&](std::size_t i) { repair_sliver(mesh, head_, affected_[i].f, edge, done_); })) {
+      if (each(affected_.size(), kCutCosts.repair, [&](std::size_t i) { repair_sliver(mesh, affected_[i].f); })) {
         go_to(Stage::kNextStep);
       }
       return;
@@ -888,9 +873,8 @@ void MeshCutter::run_stage(EditableMesh& mesh, const KnownFaces& known) noexcept
 }
 
 CutDone MeshCutter::cut_as_printed(EditableMesh& mesh, const VertexHead& head, const Pose& X_WB) noexcept {
-  CutDone done;
-  const Placed placed = place(head, X_WB);
-  begin_search(placed, 0);
+  done_ = {};
+  begin_search(place(head, X_WB), 0);
   mesh.near(search_.lo_W, search_.hi_W, [&](Index f) { add_if_near(mesh, f); });
   sort_near();
   moved_.clear();
@@ -899,20 +883,20 @@ CutDone MeshCutter::cut_as_printed(EditableMesh& mesh, const VertexHead& head, c
     for (const Index v : mesh.face(f).v) {
       if (!see_vertex(v)) continue;
       place_of_[v] = kNone;
-      const dvec3 p_T = placed.to_tool(mesh.vertex(v).p);
+      const dvec3 p_T = head_.to_tool(mesh.vertex(v).p);
       if (head.distance(p_T) >= -P::overlap || mesh.vertex(v).on_border()) continue;
       const dvec3 to_T = head.as_printed(p_T);
       place_of_[v] = static_cast<std::uint32_t>(moved_.size());
-      moved_.push_back({v, mesh.vertex(v), X_WB.p + (head.is_ball() ? to_T : placed.R_WT * to_T), false});
+      moved_.push_back({v, mesh.vertex(v), X_WB.p + (head.is_ball() ? to_T : head_.R_WT * to_T), false});
     }
   }
   affected_.clear();
-  for (const Moved& m : moved_) collect_affected(mesh, placed, m.v);
+  for (const Moved& m : moved_) collect_affected(mesh, m.v);
   for (const Moved& m : moved_) mesh.move(m.v, m.to);
   for (const Affected& a : affected_) mesh.settle_face(a.f);
-  done.changed = !moved_.empty();
-  for (const Affected& a : affected_) account(mesh, placed, a, done);
-  return done;
+  done_.changed = !moved_.empty();
+  for (const Affected& a : affected_) account(mesh, a);
+  return done_;
 }
 
 }  // namespace typodont::haptics::vertex

@@ -202,33 +202,31 @@ class MeshCutter {
   bool covers(const KnownFaces& known) const noexcept;
   bool gather_in_part(const mesh::EditableMesh& mesh, const KnownFaces& known) noexcept;
   void sort_near() noexcept;
-  bool refine(mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
-  bool find_inside(const mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
-  bool push_direction(const mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, const dvec3& n, double depth,
+  bool refine(mesh::EditableMesh& mesh) noexcept;
+  bool find_inside(const mesh::EditableMesh& mesh) noexcept;
+  bool push_direction(const mesh::EditableMesh& mesh, mesh::Index v, const dvec3& n, double depth,
                       dvec3& to) const noexcept;
-  void find_targets(const mesh::EditableMesh& mesh, const Placed& head, double edge, CutDone& done) noexcept;
-  void collect_affected(const mesh::EditableMesh& mesh, const Placed& head, mesh::Index v) noexcept;
-  bool folds(const mesh::EditableMesh& mesh, const Placed& head, const Affected& a) const noexcept;
-  bool keep_unfolded(mesh::EditableMesh& mesh, const Placed& head) noexcept;
-  static bool faces_core(const mesh::EditableMesh& mesh, const Placed& head, mesh::Index f) noexcept;
-  void select_suspect(const mesh::EditableMesh& mesh, const Placed& head, double edge, mesh::Index f) noexcept;
-  double reach_of_changes(const mesh::EditableMesh& mesh, double edge, mesh::Index f) const noexcept;
+  void find_targets(const mesh::EditableMesh& mesh) noexcept;
+  void collect_affected(const mesh::EditableMesh& mesh, mesh::Index v) noexcept;
+  bool folds(const mesh::EditableMesh& mesh, const Affected& a) const noexcept;
+  bool keep_unfolded(mesh::EditableMesh& mesh) noexcept;
+  bool faces_core(const mesh::EditableMesh& mesh, mesh::Index f) const noexcept;
+  void select_suspect(const mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   void add_suspect(const mesh::EditableMesh& mesh, mesh::Index f) noexcept;
-  void decide_candidates(const mesh::EditableMesh& mesh, const Placed& head) noexcept;
+  void decide_candidates(const mesh::EditableMesh& mesh) noexcept;
   void test_suspect(mesh::EditableMesh& mesh, mesh::Index f) noexcept;
-  void list_balls(const mesh::EditableMesh& mesh, double edge) noexcept;
+  void list_balls(const mesh::EditableMesh& mesh) noexcept;
   void list_crowd(const mesh::EditableMesh& mesh) noexcept;
   void update_crowd(const mesh::EditableMesh& mesh, mesh::Index v) noexcept;
   mesh::Index crossed_near(const mesh::EditableMesh& mesh, mesh::Index f) noexcept;
   bool intersect(const mesh::EditableMesh& mesh, const mesh::Corners& a, const dvec3& n, mesh::Index g) const noexcept;
   bool hold_back(mesh::EditableMesh& mesh, mesh::Index f) noexcept;
-  void account(mesh::EditableMesh& mesh, const Placed& head, const Affected& a, CutDone& done) noexcept;
-  void repair_sliver(mesh::EditableMesh& mesh, const Placed& head, mesh::Index f, double edge, CutDone& done) noexcept;
-  bool collapse_edge(mesh::EditableMesh& mesh, const Placed& head, mesh::Index f, int i, bool keeps_first, double edge,
-                     double longest, double max_volume, CutDone& done) noexcept;
-  bool merge_into_neighbour(mesh::EditableMesh& mesh, const Placed& head, mesh::Index v, double edge,
-                            CutDone& done) noexcept;
-  bool turn(mesh::EditableMesh& mesh, mesh::Index f, int i, double edge, CutDone& done) noexcept;
+  void account(mesh::EditableMesh& mesh, const Affected& a) noexcept;
+  void repair_sliver(mesh::EditableMesh& mesh, mesh::Index f) noexcept;
+  bool collapse_edge(mesh::EditableMesh& mesh, mesh::Index f, int i, bool keeps_first, double longest,
+                     double max_volume) noexcept;
+  bool merge_into_neighbour(mesh::EditableMesh& mesh, mesh::Index v) noexcept;
+  bool turn(mesh::EditableMesh& mesh, mesh::Index f, int i) noexcept;
   Tissue tissue_under(const mesh::EditableMesh& mesh, mesh::Index f) const noexcept;
   /// Index of the slice that contains a bounding ball. `x`: m, coordinate of its centre along slice_axis_.
   int slice_at(float x) const noexcept {
@@ -294,6 +292,14 @@ class MeshCutter {
   int unfold_rounds_ = 0;  // number of rounds of keep_unfolded() in this step
   CutDone done_;
 };
+
+/// Normal of a triangle; its length is twice the triangle's area.
+inline dvec3 normal2(const dvec3& a, const dvec3& b, const dvec3& c) noexcept {
+  return glm::cross(b - a, c - a);
+}
+inline dvec3 normal2(const mesh::EditableMesh& mesh, mesh::Index f) noexcept {
+  return normal2(mesh.point(f, 0), mesh.point(f, 1), mesh.point(f, 2));
+}
 
 /// Six times the volume of the tetrahedron a, b, c, p, m³.
 inline double volume6(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& p) noexcept {
