@@ -154,10 +154,12 @@ inline void Servo::State::run_spindle(const TickData& now) noexcept {
 
 void Servo::State::change_tool(TickData& now) noexcept {
   const std::uint32_t wanted = now.hand.tool;
+  const Pose X_WG{motion.X_WG.p, now.X_WT.R};
   const bool stands =
       std::abs(now.out.pedal) <= kPedalUp && std::abs(cutting.speed) <= kPedalUp * std::abs(free_speed());
   if (!(wanted < tools.size() && stands && coupling.normal_force <= 0 && coupling.tip.penetration <= 0 &&
-        !(soft && soft->touching()) && model->may_change_tool(wanted, {motion.X_WG.p, now.X_WT.R}))) {
+        !(soft && soft->touching()) && snapshot->number != 0 && model->is_free(in_hand, X_WG) &&
+        model->is_free(wanted, X_WG))) {
     return;
   }
   in_hand = now.out.tool = wanted;
@@ -189,12 +191,14 @@ inline bool Servo::State::move_free(TickData& now) noexcept {
   double motion_length = moved;
   if (!(m.free_travel > least && motion_length <= m.free_travel)) {
     motion_length = glm::length(now.X_WT.p - m.X_WG.p);
-    m.free_travel = model->clearance({m.X_WG.p, now.X_WT.R});
+    m.free_travel = snapshot->number != 0 ? model->clearance({m.X_WG.p, now.X_WT.R}) : 0;
     if (!(m.free_travel > least && motion_length <= m.free_travel)) return false;
   }
   m.free_travel = turns_matter ? 0 : m.free_travel - motion_length;
   if (!m.released) {
     model->release();
+    coupling.missing.forget();
+    coupling.returning = false;
     m.released = true;
   }
   m.due_for = snapshot_due_for(now.X_WT.p, snapshot->center_W, travel) ? m.due_for + now.dt : 0;
@@ -220,8 +224,6 @@ inline bool Servo::State::move_free(TickData& now) noexcept {
 
 void Servo::State::fill_input(ContactTick& now) const noexcept {
   ContactInput& in = now.in;
-  in.t = now.hand.t;
-  in.tick = now.out.index;
   in.dt = now.dt;
   in.X_WT = now.X_WT;
   in.X_WG = motion.X_WG;
@@ -231,6 +233,19 @@ void Servo::State::fill_input(ContactTick& now) const noexcept {
   in.last.normal_force = coupling.normal_force;
   in.last.normal = coupling.normal;
   in.last.relative_stiffness = coupling.relative_stiffness;
+}
+
+void Servo::State::find_contact(ContactTick& now) noexcept {
+  Contact& contact = now.contact;
+  contact.p_WG = now.in.X_WT.p;
+  if (snapshot->number == 0) {
+    contact.p_WG = now.in.X_WG.p;
+    contact.gap.lost = true;
+  } else {
+    model->constrain(now.in, contact);
+    bridge_springs(now);
+  }
+  if (contact.gap.lost) now.faults |= bits(Fault::kPatchEdge);
 }
 
 /// Sets kStalePatch if a new snapshot is overdue because the carver is late. The old snapshot is still correct, so the
@@ -259,11 +274,21 @@ void Servo::State::watch_start(ContactTick& now) noexcept {
 
 bool Servo::State::remove(ContactTick& now) noexcept {
   double energy = 0;
-  const bool changed = ((now.in.removal.cuts && !motion.inside) || now.contact.places || tool().fill != Tissue::kAir) &&
-                       model->cut(now.in, now.contact, now.cut, energy);
+  bool changed = false;
+  if ((now.in.removal.cuts && !motion.inside) || now.contact.places || tool().fill != Tissue::kAir) {
+    Cut cut;
+    cut.tool = in_hand;
+    cut.spindle = cutting.speed;
+    changed = model->cut(now.in, now.contact, cut, energy);
+    if (changed) {
+      cut.index = ++sums.cuts;
+      cut.tick = now.out.index;
+      cut.t = now.hand.t;
+      now.cut = cut;
+    }
+  }
   now.faults |= now.contact.faults;
   if (!changed) return false;
-  sums.cuts = now.cut.index;
   if (!model->estimates_volume()) {
     for (std::size_t i = 1; i < now.cut.removed.size(); ++i) sums.removed[i] += now.cut.removed[i];
   }
@@ -390,7 +415,7 @@ bool Servo::tick(const HandSample& hand, ServoTick& out, Cut& cut) noexcept {
   s.fill_input(touch);
   s.earn(touch);
   if (s.turning.possible) s.turn(touch);
-  s.model->constrain(touch.in, touch.contact);
+  s.find_contact(touch);
   if (s.turning.lags) s.hold_turn(touch);
   s.cutting.wall = touch.contact.wall.share;
   out.level = touch.contact.level;

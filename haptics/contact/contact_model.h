@@ -2,6 +2,7 @@
 // shares no data with the carver's part, TissueBody (tissue_body.h). CONTRIBUTING.md shows how to add a method.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <span>
@@ -36,13 +37,11 @@ struct RemovalLimits {
 /// Input of a contact model in one tick: the state of the hand, and results of the last tick. SI units; vectors in the
 /// workbench frame W.
 struct ContactInput {
-  Nanos t = 0;             // time of the hand's sample, ns
-  std::uint64_t tick = 0;  // index of this tick
-  double dt = 1e-3;        // s, time between the last tick and this tick
-  Pose X_WT;               // pose of the tool if it followed the hand exactly
-  Pose X_WG;               // pose of the proxy after the last tick
-  dvec3 moved{0};          // m, displacement of the hand since the last tick
-  bool jumped = false;     // true: since the last tick, the hand has moved faster than a human hand can
+  double dt = 1e-3;     // s, time between the last tick and this tick
+  Pose X_WT;            // pose of the tool if it followed the hand exactly
+  Pose X_WG;            // pose of the proxy after the last tick
+  dvec3 moved{0};       // m, displacement of the hand since the last tick
+  bool jumped = false;  // true: since the last tick, the hand has moved faster than a human hand can
   // true: X_WT is not the hand's pose, but that of the proxy, computed from near_planes(). The model takes it, unless
   // the tool overlaps tissue there.
   bool placed = false;
@@ -50,7 +49,8 @@ struct ContactInput {
   RemovalLimits removal;
 };
 
-/// Whether the servo lacks a snapshot of the tissue at the tool, and what it does meanwhile.
+/// Whether the servo lacks a snapshot of the tissue at the tool, and what it does meanwhile. A penalty method sets only
+/// `lost`; the servo does the rest.
 struct SnapshotGap {
   bool lost = false;  // true: the tool has left the servo's snapshot
   // true: there is no snapshot of the tissue around the tool, so the plane of the last contact replaces the tissue
@@ -88,7 +88,7 @@ struct ContactSprings {
 /// Result of ContactModel::constrain(). A constraint method computes the pose of the proxy; a penalty method computes
 /// force, torque and stored energy. SI units; vectors in the workbench frame W.
 struct Contact {
-  // m, the proxy's head centre; a penalty method has no proxy, and states the head's centre at the hand's pose.
+  // m, the proxy's head centre. Initially the head's centre at the hand's pose; a penalty method keeps this value.
   dvec3 p_WG{0};
   bool touching = false;  // the head touches tissue
   // true: the head has just broken through the tissue, and the proxy still moves towards the hand
@@ -129,6 +129,26 @@ struct Felt {
   PerTissue tissue{};         // fraction of each tissue below the contacts; the sum is 1
   bool graded = false;        // true: `hardness` is valid; false: full hardness of every tissue
   PerTissue hardness{};       // 0..1, mean hardness of each tissue below the contacts (dense_tissue.h)
+
+  /// Adds a contact to the sums. `weight` and `arm` (position relative to the head's centre) are in `unit`; `lever`
+  /// becomes valid when it is divided by the sum of all weights.
+  void add(double weight, const dvec3& arm, const dvec3& n, bool on_own_head) noexcept {
+    if (turns_tool) {
+      lever += weight * arm;
+      turn += weight * glm::cross(arm, n);
+    }
+    (on_own_head ? on_head : on_shank) += weight * n;
+  }
+  /// Computes `tissue` and `hardness` from sums in these members: weights, and weights × hardness if `has_hardness`.
+  /// `total`: sum of all weights of tissue.
+  void average(double total, bool has_hardness) noexcept {
+    known_tissue = true;
+    graded = has_hardness;
+    for (std::size_t t = 1; t < tissue.size(); ++t) {
+      if (graded) hardness[t] = tissue[t] > 0 ? hardness[t] / tissue[t] : 1;
+      tissue[t] /= total;
+    }
+  }
 };
 
 /// Tissue near a point of the tool. A small motion of the tool, which moves the point by d, must satisfy n·d >= -gap.
@@ -141,7 +161,8 @@ struct NearPlane {
 inline constexpr int kMaxNearPlanes = 264;
 
 /// The part of a contact method on the servo thread. All functions are noexcept; none allocates, locks or waits. The
-/// results are deterministic. In a tick the servo calls constrain(), cut() and feel(), in this order.
+/// results are deterministic. In a tick the servo calls constrain(), cut() and feel(), in this order. Before the first
+/// snapshot it calls neither these nor clearance() and is_free().
 class ContactModel {
  public:
   virtual ~ContactModel() = default;
@@ -162,13 +183,14 @@ class ContactModel {
 
   /// Discards the state that depends on the last motion. Called at the hand's first pose, and at the first valid pose
   /// after invalid input.
-  virtual void begin_anew() noexcept = 0;
+  virtual void begin_anew() noexcept {}
   /// Called once when the tool is far from all tissue: the model discards the state of the last contact.
-  virtual void release() noexcept = 0;
-  /// Returns true if the user may change to the tool with the index `tool` while the proxy is at X_WG: neither the
-  /// current nor the new tool touches anything there. Must not change what later ticks compute, because a recording
-  /// does not contain refused changes.
-  virtual bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept = 0;
+  virtual void release() noexcept {}
+  /// Returns true if the tool with the index `tool` touches nothing at X_WG. Called for the tool in the hand, without
+  /// contact force, and for the tool that the user wants to take up. Must not change what later ticks compute, because
+  /// a recording does not contain refused changes.
+  virtual bool is_free(std::uint32_t tool, const Pose& X_WG) noexcept = 0;
+  /// The user has changed to the tool with the index `tool`.
   virtual void take_up(std::uint32_t tool) noexcept = 0;
 
   /// Computes the proxy, or the force of a penalty method.
@@ -179,9 +201,12 @@ class ContactModel {
   virtual int near_planes(std::span<NearPlane, kMaxNearPlanes> /*planes*/) const noexcept { return 0; }
   /// Computes plane `i` of near_planes() exactly. Returns true if planes have changed.
   virtual bool refine_near_plane(int /*i*/) noexcept { return false; }
-  /// Removes tissue with the energy of this tick, or adds filling. If tissue changed, returns true and sets `cut`
-  /// except the normal. `energy`: J, energy used. Called only if the tool cuts or fills, or if Contact::places is true.
-  virtual bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept = 0;
+  /// Removes tissue with the energy of this tick, or adds filling. If tissue changed, returns true and sets poses,
+  /// volumes and fill_radius of `cut`; the servo sets the rest. `energy`: J, energy used. Called only if the tool cuts
+  /// or fills, or if Contact::places is true.
+  virtual bool cut(const ContactInput& /*in*/, Contact& /*contact*/, Cut& /*cut*/, double& /*energy*/) noexcept {
+    return false;
+  }
   /// Returns true if the volumes of cuts are estimates, which adopt() replaces by measured volumes.
   virtual bool estimates_volume() const noexcept { return false; }
   /// Computes the contacts of the head at its position after the cut. May change the contact's orientation. Called only

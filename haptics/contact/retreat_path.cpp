@@ -74,4 +74,47 @@ dvec3 RetreatPath::withdrawn(dvec3 c, const dvec3& target, double max_step) noex
   return c;
 }
 
+bool Retreat::is_held(const dvec3& c, const dvec3& hand, bool outside, double dt) noexcept {
+  using R = RetreatParameters;
+  wedged = false;
+  outside ? path.begin(c / path_unit) : path.add(c / path_unit);
+  const double least = R::far / unit, still = R::still / unit;
+  if (square(hand - c) < least * least || square(c - held_at) > still * still) {
+    held_at = c;
+    held_for = 0;
+    return false;
+  }
+  held_for += dt;
+  return held_for >= R::patience;
+}
+
+void Retreat::begin(const dvec3& c, const dvec3& hand) noexcept {
+  using R = RetreatParameters;
+  to = path.nearest(hand / path_unit, (glm::length(hand - c) - R::gain / unit) / path_unit);
+  leading = to < path.size();
+  wedged = !leading && held_for > R::report_after;
+}
+
+bool Retreat::lead(const dvec3& hand, double max_step, dvec3& c) noexcept {
+  if (!leading) return false;
+  const bool near = glm::length(hand - c) * unit < RetreatParameters::far / 2;
+  for (double left = max_step; !near && left > 0 && path.size() > to;) {
+    const dvec3 motion = path_unit * path.last() - c;
+    const double length = glm::length(motion);
+    if (length > left) {
+      c += motion * (left / length);
+      break;
+    }
+    c = path_unit * path.last();
+    left -= length;
+    path.drop_last();
+  }
+  if (near || path.size() <= to) {
+    leading = false;
+    held_for = 0;
+    path.add(c / path_unit);
+  }
+  return !near;
+}
+
 }  // namespace typodont::haptics

@@ -57,6 +57,39 @@ Servo::State::EdgeMeans Servo::State::edge_means() const noexcept {
   return mean;
 }
 
+void Servo::State::bridge_springs(ContactTick& now) noexcept {
+  Coupling& c = coupling;
+  Contact& contact = now.contact;
+  ContactSprings& spring = contact.spring;
+  if (!spring.whole) return;
+  const double k = settings.stiffness * std::max(c.relative_stiffness, 0.05);
+  const dvec3 felt = c.normal_force * c.normal;
+  // A penalty method has no proxy. Its plane begins where the coupling would have the force of the springs.
+  const dvec3 start = c.bridged ? now.in.X_WG.p : now.in.X_WG.p + felt / k;
+  const MissingSnapshot::Motion moving{1, settings.frame.voxel, start, now.in.X_WT.p, now.dt / k};
+  c.returning |= c.missing.bridge(now.in, moving, contact.p_WG, contact.gap);
+  if (contact.gap.bridging) {
+    spring = {};
+    if (!c.bridged) c.last_depth = c.normal_force / k, c.rate = 0;
+  }
+  c.bridged = contact.gap.bridging;
+  if (c.returning && !contact.gap.lost) {
+    const dvec3 change = spring.force - felt;
+    const double size = glm::length(change),
+                 most = settings.stiffness * glm::length(now.moved) + MissingSnapshotParameters::return_slew * now.dt;
+    c.returning = size > most;
+    if (c.returning) {
+      const dvec3 force = felt + most / size * change;
+      const double whole = glm::length(spring.force), strength = glm::length(force);
+      spring.torque *= whole > 0 ? std::min(1.0, strength / whole) : 0.0;
+      spring.stored = strength * strength / (2 * k);
+      spring.force = force;
+      contact.touching = strength > 0;
+    }
+  }
+  contact.gap.rejoining = c.returning;
+}
+
 void Servo::State::feel(ContactTick& now) noexcept {
   const Contact& contact = now.contact;
   now.p_held = contact.p_WG;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "haptics/contact/contact_model.h"
+#include "haptics/contact/missing_snapshot.h"
 #include "haptics/coupling/friction.h"
 #include "haptics/coupling/passivity.h"
 #include "haptics/coupling/tip.h"
@@ -147,6 +148,10 @@ struct Servo::State {
     double last_depth = 0;  // m, penetration depth in the last tick
     dvec3 torque{0};        // N·m, torque before the limits
     dvec3 teeth_force{0};   // N, force of the cutting edges before the limits
+    // Penalty method without tissue at the tool (bridge_springs()).
+    MissingSnapshot missing;
+    bool bridged = false;    // true: in the last tick, a plane replaced the springs
+    bool returning = false;  // true: the springs' force returns after the plane, at a limited rate
     explicit Coupling(double position_step) : depth_speed(position_step, 1) {}
   };
   /// State of the limits: the last force, and the energy that the energy ledger allows.
@@ -240,6 +245,8 @@ struct Servo::State {
   /// contact, a force or a state of a contact may remain.
   [[gnu::always_inline]] inline bool move_free(TickData& now) noexcept;
   void fill_input(ContactTick& now) const noexcept;
+  /// Computes the contact; without a snapshot, the proxy stays where it is.
+  void find_contact(ContactTick& now) noexcept;
   void watch_snapshot(ContactTick& now) noexcept;
   void watch_start(ContactTick& now) noexcept;
   /// Removes tissue with the energy of this tick. If the tissue changed, returns true and sets the Cut.
@@ -264,6 +271,8 @@ struct Servo::State {
   void hold_turn(ContactTick& now) noexcept;
 
   // The next functions are defined in servo/coupling.cpp.
+  /// For a penalty method: without tissue at the tool, the plane of the last contact replaces the springs.
+  void bridge_springs(ContactTick& now) noexcept;
   /// Computes forces of coupling, damper, friction and cutting edges. A penalty method replaces coupling and damper.
   void feel(ContactTick& now) noexcept;
   /// Lets the tip sink into softened tissue, where it sticks.

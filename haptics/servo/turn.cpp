@@ -151,18 +151,14 @@ void Servo::State::hold_turn(ContactTick& now) noexcept {
 /// Tissues under the contacts that only hold the tool's orientation, for contacts whose tissue the model has not read.
 void Servo::State::feel_held_tissue(ContactTick& now) noexcept {
   double total = 0;
-  PerTissue tissue{};
   for (int i = 0; i < turning.count; ++i) {
     const Turning::Hold& hold = turning.holds[static_cast<std::size_t>(i)];
     const Tissue under = model->tissue_at(now.contact.p_WG + hold.x - P::felt_below * settings.frame.voxel * hold.n);
     if (under == Tissue::kAir) continue;
-    tissue[static_cast<std::size_t>(under)] += hold.push;
+    now.felt.tissue[static_cast<std::size_t>(under)] += hold.push;
     total += hold.push;
   }
-  if (!(total > 0)) return;
-  for (double& fraction : tissue) fraction /= total;
-  now.felt.tissue = tissue;
-  now.felt.known_tissue = true;
+  if (total > 0) now.felt.average(total, false);
 }
 
 }  // namespace typodont::haptics

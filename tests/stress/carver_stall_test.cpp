@@ -36,6 +36,21 @@ TEST_P(CarverStall, AStallOfAnyLengthAddsNoForceStepAndNoEnergy) {
   EXPECT_TRUE(drills || (faults & bits(Fault::kPatchEdge)) != 0) << "no tool left its patch";
 }
 
+TEST_P(CarverStall, APenaltyMethodFeelsNoMissingTissue) {
+  for (std::uint64_t seed = 1; seed <= static_cast<std::uint64_t>(campaign(1)); ++seed) {
+    for (const double stall : {0.2, 1.0}) {
+      StallRun run{GetParam(), stall, 1000, seed, "voxel_penalty"};
+      const StallResult felt = simulate_stall(run);
+      run.stalls = false;
+      const StallResult without = simulate_stall(run);
+      SCOPED_TRACE(testing::Message() << felt.tool << ", seed " << seed << ", " << stall << " s");
+      EXPECT_LE(felt.worst_step, without.worst_step + 0.15);
+      EXPECT_LE(felt.energy, without.energy + 1e-3);
+      EXPECT_LE(felt.max_force, without.max_force + 1.5);
+    }
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Gestures, CarverStall, testing::ValuesIn(kStallGestures), [](const auto& gesture) {
   std::string name = name_of(gesture.param);
   std::erase(name, ' ');

@@ -257,6 +257,45 @@ TEST(Faults, ThePlaneOfTheLastContactYieldsHalfANewtonAboveTheForceAndEndsAfterT
   EXPECT_EQ(leaves.force(), 0) << "a hand that withdraws is free";
 }
 
+TEST(Faults, OutsideThePatchAPenaltyMethodHasThePlaneOfTheLastContactAndItsForceReturnsGradually) {
+  const Scene scene =
+      block(R"("model": "voxel_penalty", "tool": {"shape": "sphere", "diameter_mm": 1, "cuts": false})");
+  Hand hand(scene);
+  dvec3 p(0, 0, 0.2_mm);
+  hand.go(Hand::over(), p, 20e-3);
+  hand.loop.hold_carver(true);
+  while (!hand.has(Fault::kPatchEdge) && p.x < 6.0_mm) hand.tick(p += dvec3(20e-6, 0, 0));
+  ASSERT_TRUE(hand.has(Fault::kPatchEdge));
+  EXPECT_NEAR(glm::length(hand.tick_.f_T_W - hand.before), 0, 0.01);
+  EXPECT_GT(hand.force(), 0.1);
+  hand.worst_step = 0;
+  for (const double z : {0.2_mm, 0.0_mm}) {
+    const dvec3 to(p.x, p.y, z);
+    hand.go(p, to, 5e-3);
+    p = to;
+  }
+  EXPECT_GT(hand.force(), 0.1);
+  hand.loop.hold_carver(false);
+  for (int i = 0; i < 200; ++i) hand.go(p, p, 1);
+  EXPECT_FALSE(hand.has(Fault::kPatchEdge));
+  EXPECT_LE(hand.worst_step, 0.025);
+
+  Hand free(scene);
+  free.go(Hand::over(), {0, 0, 4.0_mm}, 20e-3);
+  free.loop.hold_carver(true);
+  free.go({0, 0, 4.0_mm}, {0, 0, 0.1_mm}, 20e-3);
+  EXPECT_TRUE(free.has(Fault::kPatchEdge));
+  EXPECT_EQ(free.force(), 0);
+  free.loop.hold_carver(false);
+  double springs = 0;  // N, before the energy ledger limits the force
+  for (int i = 0; i < 200; ++i) {
+    const double before = springs;
+    springs = glm::length(free.tick({0, 0, 0.1_mm}).f_model_W);
+    EXPECT_LE(springs - before, 14e-3 + 1e-6) << i;
+  }
+  EXPECT_GT(springs, 0.2);
+}
+
 TEST(Faults, AFreeToolOutsideThePatchHasNoForceAndIsLedOutOfTissueGradually) {
   Hand hand(block());
   hand.press();  // paid for, so that the ledger is no limit

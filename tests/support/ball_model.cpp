@@ -1,7 +1,6 @@
 // An example of a contact method outside the library: one file, registered by name. Springs against an analytic ball at
 // the origin; it removes nothing. After linking this file into a program, a scene may contain "model": {"ball": {…}}.
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 #include "engine/base/keys.h"
@@ -20,16 +19,12 @@ class BallModel final : public ContactModel {
 
   void adopt(Snapshot& fresh, PerTissue&) noexcept override { tissue_ = fresh; }
   const Snapshot& snapshot() const noexcept override { return tissue_; }
-  double travel() const noexcept override { return std::numeric_limits<double>::infinity(); }
   double clearance(const Pose& X_WG) noexcept override { return std::max(0.0, distance(X_WG.p)); }
-  void begin_anew() noexcept override {}
-  void release() noexcept override {}
-  bool may_change_tool(std::uint32_t, const Pose& X_WG) noexcept override { return distance(X_WG.p) > 0; }
+  bool is_free(std::uint32_t, const Pose& X_WG) noexcept override { return distance(X_WG.p) > 0; }
   void take_up(std::uint32_t) noexcept override {}
 
   void constrain(const ContactInput& in, Contact& out) noexcept override {
     const double depth = -distance(in.X_WT.p);
-    out.p_WG = in.X_WT.p;
     out.spring.whole = true;
     out.touching = depth > 0;
     if (!out.touching) return;
@@ -37,7 +32,6 @@ class BallModel final : public ContactModel {
     out.spring.force = settings_.stiffness * depth * glm::normalize(in.X_WT.p);
     out.spring.stored = settings_.stiffness * depth * depth / 2;
   }
-  bool cut(const ContactInput&, Contact&, Cut&, double&) noexcept override { return false; }
   void feel(const ContactInput&, Contact&, Felt& out) noexcept override {
     out.tissue[static_cast<std::size_t>(Tissue::kEnamel)] = 1;
     out.known_tissue = true;

@@ -93,12 +93,13 @@ Pose land(const Scene& scene, Pose X) {
   return X;
 }
 
-Scene scene_with(const std::string& tool) {
-  return parse_scene(Json::parse(fmt::format(R"({{"tissue": {{"volume": "teeth/molar.vdb"}}, "tool": "{}",
+Scene scene_with(const std::string& tool, const char* model) {
+  return parse_scene(
+      Json::parse(fmt::format(R"({{"tissue": {{"volume": "teeth/molar.vdb"}}, "tool": "{}", "model": "{}",
                                                   "spindle": "air_turbine", "friction": false, "parts": ["haptics"]}})",
-                                             tool),
-                                 "stalls"),
-                     {});
+                              tool, model),
+                  "stalls"),
+      {});
 }
 
 }  // namespace
@@ -123,7 +124,7 @@ StallResult simulate_stall(const StallRun& run) {
   Dice dice{std::mt19937_64(run.seed * 7919 + static_cast<std::uint64_t>(run.gesture))};
   StallResult felt;
   felt.tool = kTools[static_cast<std::size_t>(dice(0, std::size(kTools) - 1e-9))];
-  const Scene scene = scene_with(felt.tool);
+  const Scene scene = scene_with(felt.tool, run.model);
   const double tilt = dice(0, 0.5), around = dice(0, 2 * kPi);
   Pose X{{dice(5.5_mm, 8.0_mm), dice(4.5_mm, 7.0_mm), 22.0_mm + scene.servo.tool.half()},
          glm::angleAxis(tilt, dvec3(std::cos(around), std::sin(around), 0))};
@@ -139,7 +140,7 @@ StallResult simulate_stall(const StallRun& run) {
   bool first = true;
   while (hand->read(sample) && to_seconds(sample.t) < end) {
     const double t = to_seconds(sample.t);
-    session.hold_carver(t >= course.stall_at && t < course.stall_at + run.stall);
+    session.hold_carver(run.stalls && t >= course.stall_at && t < course.stall_at + run.stall);
     const ServoTick& tick = session.tick(sample);
     const dvec3 moved = first ? dvec3(0) : sample.X_WT.p - before;
     before = sample.X_WT.p;

@@ -23,9 +23,11 @@ const char* name_of(StallGesture gesture);
 
 struct StallRun {
   StallGesture gesture = StallGesture::kSlide;
-  double stall = 0;        // s, duration of the carver thread's stall; 0: no stall, for comparison
-  double rate = 1000;      // Hz, rate of the servo
-  std::uint64_t seed = 1;  // random seed that determines the hand, its tool and its position
+  double stall = 0;              // s, duration of the carver thread's stall; 0: no stall, for comparison
+  double rate = 1000;            // Hz, rate of the servo
+  std::uint64_t seed = 1;        // random seed that determines the hand, its tool and its position
+  const char* model = "offset";  // contact model
+  bool stalls = true;            // false: the carver does not stall; for comparison with a run of equal length
 };
 
 /// Results of one run, measured from the first tick of the stall until one second after the end of the stall. SI units.

@@ -81,14 +81,10 @@ void ImplantModel::begin_anew() noexcept {
   motion_ = Motion::kFree;
 }
 
-void ImplantModel::release() noexcept {
-  OffsetModel::release();
-}
-
 /// Returns false while a drill is in an implant bed: the drill must be withdrawn first. A placed implant stays in the
 /// bone, so another tool can be taken then.
-bool ImplantModel::may_change_tool(std::uint32_t which, const Pose& X_WG) noexcept {
-  return !in_bed_ && !blended_ && OffsetModel::may_change_tool(which, X_WG);
+bool ImplantModel::is_free(std::uint32_t which, const Pose& X_WG) noexcept {
+  return !in_bed_ && !blended_ && OffsetModel::is_free(which, X_WG);
 }
 
 void ImplantModel::take_up(std::uint32_t which) noexcept {
@@ -455,7 +451,9 @@ bool ImplantModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const double h = voxel();
   if (contact.places) {
     const Pose X_WG{contact.p_WG, contact.orientation.R_WG};
-    cut = {++cut_count_, in.tick, in.t, X_WG, X_WG, tool_, {}, {}, in.removal.spindle, tool().radius()};
+    ++cut_count_;
+    cut.X_WA = cut.X_WB = X_WG;
+    cut.fill_radius = tool().radius();
     const dvec3 center = settings_.frame.to_voxels(X_WG.p);
     const double reach = tool().reach() / h + static_cast<double>(Sweep::kMargin);
     log_.add(cut_count_, glm::ivec3(glm::floor(center - reach)), glm::ivec3(glm::ceil(center + reach)),
@@ -544,12 +542,8 @@ void ImplantModel::feel(const ContactInput& in, Contact& contact, Felt& out) noe
   if (!(total > 0)) total = scan_wall(contact);
   if (!(total > 0)) return;
   out.tissue = scan_.tissue;
-  out.graded = !patch_.hardness.empty();
-  for (std::size_t t = 0; t < out.tissue.size(); ++t) {
-    out.hardness[t] = out.tissue[t] > 0 ? scan_.hardness[t] / out.tissue[t] : 1;
-    out.tissue[t] /= total;
-  }
-  out.known_tissue = true;
+  out.hardness = scan_.hardness;
+  out.average(total, !patch_.hardness.empty());
 }
 
 }  // namespace typodont::haptics::implant

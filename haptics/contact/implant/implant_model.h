@@ -36,8 +36,7 @@ class ImplantModel final : public offset::OffsetModel {
 
   double clearance(const Pose& X_WG) noexcept override;
   void begin_anew() noexcept override;
-  void release() noexcept override;
-  bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept override;
+  bool is_free(std::uint32_t tool, const Pose& X_WG) noexcept override;
   void take_up(std::uint32_t tool) noexcept override;
   void constrain(const ContactInput& in, Contact& out) noexcept override;
   /// None for an implant instrument, whose orientation the drilled hole holds.

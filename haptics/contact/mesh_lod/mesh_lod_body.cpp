@@ -10,13 +10,8 @@
 
 namespace typodont::haptics::mesh_lod {
 
-double travel_for(std::span<const Tool> tools) {
-  const bool cuts = std::ranges::any_of(tools, [](const Tool& tool) { return tool.cuts; });
-  return cuts ? LocalParameters::travel : std::numeric_limits<double>::infinity();
-}
-
 MeshLodBody::MeshLodBody(TissueVolume tissue, std::span<const Tool> tools, const Parameters& parameters)
-    : travel_(travel_for(tools)) {
+    : travel_(LocalParameters::travel_for(tools)) {
   const TissueMesh mesh = surface_mesh(tissue);
   if (mesh.triangles.empty()) throw Error("mesh_lod", "tissue", "a volume without a surface", "tissue");
   levels_ = make_levels(mesh, parameters.levels);

@@ -58,7 +58,4 @@ class MeshLodBody final : public TissueBody {
   Pose X_W_;                                    // pose of the tool after the last cut
 };
 
-/// Distance a tool may move until the next snapshot, m.
-double travel_for(std::span<const Tool> tools);
-
 }  // namespace typodont::haptics::mesh_lod

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "engine/base/error.h"
@@ -78,13 +77,6 @@ MeshLodModel::MeshLodModel(const ServoSettings& settings, const Parameters& para
   }
 }
 
-double MeshLodModel::travel() const noexcept {
-  for (const Tool& tool : tool_set(settings_)) {
-    if (tool.cuts) return LocalParameters::travel;
-  }
-  return std::numeric_limits<double>::infinity();
-}
-
 void MeshLodModel::adopt(Snapshot& snapshot, PerTissue& removed) noexcept {
   auto& fresh = static_cast<MeshSnapshot&>(snapshot);
   if (fresh.cut) {
@@ -119,7 +111,8 @@ bool MeshLodModel::holds(const dvec3& p, double reach) const noexcept {
          glm::all(glm::greaterThanEqual(snapshot_.hi, p + reach));
 }
 
-bool MeshLodModel::is_free(std::uint32_t tool, const Pose& X) const noexcept {
+/// Returns true if a tool at pose X overlaps no face, in any level of detail that the tool can use.
+bool MeshLodModel::is_free(std::uint32_t tool, const Pose& X) noexcept {
   const SurfaceContact& contact = *points_[tool];
   const dvec3 p = X * ends_[tool];
   if (!holds(p, contact.outlook())) return false;
@@ -131,7 +124,7 @@ bool MeshLodModel::is_free(std::uint32_t tool, const Pose& X) const noexcept {
 
 double MeshLodModel::clearance(const Pose& X) noexcept {
   const dvec3 p = X * ends_[tool_];
-  if (snapshot_.number == 0 || !holds(p, point().outlook())) return 0;
+  if (!holds(p, point().outlook())) return 0;
   point().turn_to(X.R);
   double clearance = kSearchDistance;
   for (std::size_t level = 0; level < level_count(tool_) && clearance > 0; ++level) {
@@ -147,10 +140,6 @@ void MeshLodModel::release() noexcept {
   wall_stiffness_ = 0;
   eases_ = false;
   by_speed_.reset();
-}
-
-bool MeshLodModel::may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept {
-  return snapshot_.number > 0 && is_free(tool_, X_WG) && is_free(tool, X_WG);
 }
 
 void MeshLodModel::take_up(std::uint32_t tool) noexcept {
@@ -183,12 +172,6 @@ void MeshLodModel::take_over(bool anew) noexcept {
 
 void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
   out.level = static_cast<std::uint32_t>(level_);
-  if (snapshot_.number == 0) {
-    out.p_WG = in.X_WT.p;
-    out.gap.lost = true;
-    out.faults |= bits(Fault::kPatchEdge);
-    return;
-  }
   const dvec3 end = in.X_WT.R * ends_[tool_], goal = in.X_WT.p + end;
   // For a placed tool, X_WT is not the hand's pose.
   const dvec3 hip = in.placed ? hip_ + in.moved : goal;
@@ -196,7 +179,6 @@ void MeshLodModel::constrain(const ContactInput& in, Contact& out) noexcept {
     placed_ = moved_freely_ = false;
     out.p_WG = in.X_WG.p;
     out.gap.lost = true;
-    out.faults |= bits(Fault::kPatchEdge);
     return;
   }
   point().turn_to(in.X_WT.R);
@@ -298,7 +280,7 @@ bool MeshLodModel::may_penetrate_to(const dvec3& to) noexcept {
 }
 
 bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
-  if (!(in.removal.cuts && !in.removal.must_earn && in.removal.budget > 0 && contact.touching)) return false;
+  if (!(in.removal.cuts && in.removal.budget > 0 && contact.touching)) return false;
   const dvec3 c = point().place(), displacement = in.X_WT.p - c;
   const double left = glm::length(displacement);
   if (!(left > 0)) return false;
@@ -330,7 +312,8 @@ bool MeshLodModel::cut(const ContactInput& in, Contact& contact, Cut& cut, doubl
   const Pose end{to, in.X_WT.R}, from = cutting_ ? end_ : Pose{c, in.X_WT.R};
   if (!behind()) first_missing_cut_ = c;
   made_.add(made_.last() + 1, {removed, c});
-  cut = {made_.last(), in.tick, in.t, from, end, tool_, removed, {}, in.removal.spindle};
+  cut.X_WA = from, cut.X_WB = end;
+  cut.removed = removed;
   point().sink_to(to);
   cutting_ = in_own_cut_ = true;
   end_ = end;
@@ -349,21 +332,13 @@ void MeshLodModel::feel(const ContactInput& in, Contact&, Felt& out) noexcept {
     const Hold& hold = point().hold(i);
     out.count = ++out.own;
     total += hold.push;
-    out.on_head += hold.push * hold.n;
-    if (out.turns_tool) {
-      const dvec3 arm = whole ? hold.p - point().place() : end;
-      out.lever += hold.push * arm;
-      out.turn += hold.push * glm::cross(arm, hold.n);
-    }
+    out.add(hold.push, whole ? hold.p - point().place() : end, hold.n, true);
     if (hold.wall) continue;
     out.tissue[static_cast<std::size_t>(hold.tissue)] += hold.push;
     ground += hold.push;
   }
   if (total > 0) out.lever /= total;
-  if (ground > 0) {
-    for (double& fraction : out.tissue) fraction /= ground;
-    out.known_tissue = true;
-  }
+  if (ground > 0) out.average(ground, false);
 }
 
 Tissue MeshLodModel::tissue_at(const dvec3& p_W) const noexcept {

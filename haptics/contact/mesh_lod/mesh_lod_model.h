@@ -40,12 +40,12 @@ class MeshLodModel final : public ContactModel {
 
   void adopt(Snapshot& fresh, PerTissue& removed) noexcept override;
   const Snapshot& snapshot() const noexcept override { return snapshot_; }
-  double travel() const noexcept override;
+  double travel() const noexcept override { return LocalParameters::travel_for(tool_set(settings_)); }
   double clearance(const Pose& X_WG) noexcept override;
   bool turns_matter() const noexcept override { return whole_head(tool_set(settings_)[tool_]); }
   void begin_anew() noexcept override { placed_ = moved_freely_ = false; }
   void release() noexcept override;
-  bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept override;
+  bool is_free(std::uint32_t tool, const Pose& X_WG) noexcept override;
   void take_up(std::uint32_t tool) noexcept override;
   void constrain(const ContactInput& in, Contact& out) noexcept override;
   int near_planes(std::span<NearPlane, kMaxNearPlanes> planes) const noexcept override;
@@ -65,8 +65,6 @@ class MeshLodModel final : public ContactModel {
   std::size_t level_count(std::uint32_t tool) const noexcept {
     return whole_head(tool_set(settings_)[tool]) ? 1 : grids().size();
   }
-  /// Returns true if a tool at pose X overlaps no face, in any level of detail that the tool can use.
-  bool is_free(std::uint32_t tool, const Pose& X) const noexcept;
   /// Returns true if the snapshot contains all faces within the distance `reach` (m) of the point p.
   bool holds(const dvec3& p, double reach) const noexcept;
   /// Returns true if the head may move to `to`: the head's overlap with the snapshot's faces is then so small that the

@@ -1,7 +1,10 @@
 // Parameters of "mesh_lod", and the snapshot that its carver thread passes to its servo thread.
 #pragma once
 
+#include <algorithm>
+#include <limits>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "engine/base/clock.h"
@@ -40,7 +43,12 @@ struct MeshSnapshot : Snapshot {
 
 /// Parameters of snapshots for a tool set that can cut.
 struct LocalParameters {
-  static constexpr double travel = 2e-3;  // m, distance that the tool may move until the next snapshot
+  static constexpr double travel = 2e-3;  // m, distance that a tool that can cut may move until the next snapshot
+  /// Distance that the tools may move until the next snapshot, m.
+  static double travel_for(std::span<const Tool> tools) {
+    const bool cuts = std::ranges::any_of(tools, [](const Tool& tool) { return tool.cuts; });
+    return cuts ? travel : std::numeric_limits<double>::infinity();
+  }
   // m; the snapshot contains faces up to this far beyond the tool and its possible motion `travel`
   static constexpr double margin = 0.5e-3;
   // distance for which contact points listed by the carver stay valid, divided by the head's radius

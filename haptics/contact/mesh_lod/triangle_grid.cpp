@@ -4,6 +4,7 @@
 #include <limits>
 #include <numeric>
 
+#include "engine/base/nearest.h"
 #include "engine/base/voxels.h"
 
 namespace typodont::haptics::mesh_lod {
@@ -16,7 +17,6 @@ constexpr double kMaxCells = 4e6;
 constexpr double kEntriesPerFace = 16;
 // number of faces that all cells may list in addition, so that a small mesh does not get larger cells
 constexpr double kFewEntries = 1e6;
-constexpr float kBoxMargin = 1e-7f;  // m, larger than the rounding error of a box
 
 /// Returns 1 if the origin is left of the line a–b, -1 if right. An origin on the line counts as moved slightly along
 /// the first axis, and less along the second, so exactly one of two adjacent faces contains it.
@@ -49,17 +49,12 @@ OnFace nearest_on(const Face& face, const dvec3& p) noexcept {
   const double ve = glm::dot(v, e), vf = glm::dot(v, f), det = ee * ff - ef * ef;
   const double s = ff * ve - ef * vf, t = ee * vf - ef * ve;
   if (det > kSliver * ee * ff && s >= 0 && t >= 0 && s + t <= det) return {face.a + (s * e + t * f) / det};
-  return nearest_on_edges(face, p);
-}
-
-OnFace nearest_on_edges(const Face& face, const dvec3& p) noexcept {
   OnFace best;
   double best2 = std::numeric_limits<double>::infinity();
   for (int i = 0; i < 3; ++i) {
-    const dvec3 a = face.corner(i), ab = face.corner(i == 2 ? 0 : i + 1) - a;
-    const double along = glm::dot(p - a, ab), square = glm::dot(ab, ab);
-    const double part = square > 0 ? std::clamp(along / square, 0.0, 1.0) : 0.0;
-    const dvec3 q = a + part * ab;
+    const dvec3 a = face.corner(i), b = face.corner(i == 2 ? 0 : i + 1);
+    const double part = nearest_fraction(a, b, p);
+    const dvec3 q = a + part * (b - a);
     if (const double d2 = glm::dot(p - q, p - q); d2 < best2) {
       best = {q, i, part == 0 || part == 1};
       best2 = d2;
@@ -91,8 +86,8 @@ TriangleGrid::TriangleGrid(const TissueMesh& mesh, bool part) : part_(part) {
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
     const Face face = face_of(rank(i));
     faces_.push_back(face);
-    boxes_.push_back({glm::vec3(glm::min(face.a, glm::min(face.b, face.c)) - origin_) - kBoxMargin,
-                      glm::vec3(glm::max(face.a, glm::max(face.b, face.c)) - origin_) + kBoxMargin});
+    boxes_.push_back({glm::vec3(glm::min(face.a, glm::min(face.b, face.c)) - origin_) - kBoxRounding,
+                      glm::vec3(glm::max(face.a, glm::max(face.b, face.c)) - origin_) + kBoxRounding});
   }
   for (Block& block : blocks_) {
     block.box = boxes_[block.first];
@@ -202,11 +197,6 @@ void TriangleGrid::join_faces(const TissueMesh& mesh) {
 void TriangleGrid::choose_cells(const glm::vec3& extent) {
   inverse_ = static_cast<float>(1 / cell_);
   cells_ = glm::ivec3(glm::min(extent * inverse_, glm::vec3(1e5f))) + 1;
-}
-
-std::size_t TriangleGrid::bytes() const noexcept {
-  return faces_.size() * (sizeof(Face) + sizeof(Box)) + blocks_.size() * sizeof(Block) +
-         (start_.size() + entries_.size() + rank_.size()) * sizeof(std::uint32_t);
 }
 
 TriangleGrid::Nearest TriangleGrid::nearest(const dvec3& p, double most) const noexcept {

@@ -34,8 +34,6 @@ struct OnFace {
   bool corner = false;  // true: the point is an end of the edge
 };
 OnFace nearest_on(const Face& face, const dvec3& p) noexcept;
-/// Point of the face's border nearest to p.
-OnFace nearest_on_edges(const Face& face, const dvec3& p) noexcept;
 // Squared sine of an angle of a face; below this, the face is a sliver, so only its edges are used.
 inline constexpr double kSliver = 1e-12;
 
@@ -48,8 +46,6 @@ class TriangleGrid {
 
   std::size_t size() const noexcept { return faces_.size(); }
   const Face& face(std::uint32_t i) const noexcept { return faces_[i]; }
-  /// Size of all data, bytes.
-  std::size_t bytes() const noexcept;
 
   /// Calls use(index) once for each face whose box overlaps the box lo..hi.
   template <class Use>

@@ -26,7 +26,7 @@ bool OffsetModel::fill(const ContactInput& in, Contact& contact, Cut& cut) noexc
     return false;
   }
   filling_.owed += tool().fill_rate * in.removal.pedal * in.dt;
-  const bool changed = !step_.lost && !step_.deep && filling_.owed > 0 && place_filling(in, contact, cut);
+  const bool changed = !step_.gap.lost && !step_.deep && filling_.owed > 0 && place_filling(in, contact, cut);
   if (const double most = tool().fill_rate * P::waits; filling_.owed > most) {
     filling_.owed = most;
     contact.faults |= bits(Fault::kNoRoom);
@@ -71,7 +71,9 @@ bool OffsetModel::place_filling(const ContactInput& in, const Contact& contact, 
       {settings_.frame.to_world(filling_.center), X_WH.R}, X_WH, tool_, false, filling_.radius * h, added};
   for (double& v : made.removed) v = -v;
   log_.add(++cut_count_, dome.lo(), dome.hi(), made);
-  cut = {cut_count_, in.tick, in.t, made.X_WA, X_WH, tool_, {}, {}, 0, made.fill_radius};
+  cut.X_WA = made.X_WA, cut.X_WB = X_WH;
+  cut.fill_radius = made.fill_radius;
+  cut.spindle = 0;
   for (std::size_t i = 1; i < added.size(); ++i) cut.removed[i] = -added[i] * voxel;
   return true;
 }

@@ -101,9 +101,8 @@ void IntermediateModel::release() noexcept {
   felt_.release();
 }
 
-bool IntermediateModel::may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept {
-  return settled() && cutter_.may_change_tool(tool, X_WG) &&
-         with_shank([&] { return felt_.may_change_tool(tool, X_WG); });
+bool IntermediateModel::is_free(std::uint32_t tool, const Pose& X_WG) noexcept {
+  return settled() && cutter_.is_free(tool, X_WG) && with_shank([&] { return felt_.is_free(tool, X_WG); });
 }
 
 void IntermediateModel::take_up(std::uint32_t tool) noexcept {

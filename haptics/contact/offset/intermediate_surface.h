@@ -32,7 +32,7 @@ class IntermediateModel final : public ContactModel {
   bool turns_matter() const noexcept override { return cutter_.turns_matter(); }
   void begin_anew() noexcept override;
   void release() noexcept override;
-  bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept override;
+  bool is_free(std::uint32_t tool, const Pose& X_WG) noexcept override;
   void take_up(std::uint32_t tool) noexcept override;
   void constrain(const ContactInput& in, Contact& out) noexcept override;
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;

@@ -39,6 +39,7 @@ std::vector<dvec3> lattice_in(const Tool& tool, double voxel) {
 
 OffsetModel::OffsetModel(const ServoSettings& settings, bool mean_stiffness)
     : PatchModel(settings),
+      retreat_{voxel(), 1},
       front_(tool_set(settings), settings.frame.voxel),
       coarse_front_(
           tool_set(settings),
@@ -66,19 +67,18 @@ void OffsetModel::begin_anew() noexcept {
   emptied_ = false;
   overlap_ = 0;
   contacts_.clear();
-  retreat_.leading = false;
-  retreat_.held_for = 0;
+  retreat_.forget();
 }
 
 void OffsetModel::release() noexcept {
-  lost_for_ = 0;
+  missing_.forget();
   breaking_through_ = emptied_ = false;
   contacts_.clear();
   held_.count = 0;
 }
 
-bool OffsetModel::may_change_tool(std::uint32_t which, const Pose& X_WG) noexcept {
-  if (overlap_ != 0) return false;
+bool OffsetModel::is_free(std::uint32_t which, const Pose& X_WG) noexcept {
+  if (which == tool_) return overlap_ == 0;  // its contact force is zero
   const Pose X_VT{settings_.frame.to_voxels(X_WG.p), X_WG.R};
   const ContactFinder& other = heads_[which].finder;
   NonCuttingContacts& parts = heads_[which].smooth;
@@ -124,11 +124,7 @@ void OffsetModel::feel(const ContactInput& in, Contact&, Felt& out) noexcept {
     const ContactPlane plane = contacts_.plane(which);
     const double weight = p.active.push[i];
     total += weight;
-    if (out.turns_tool) {
-      out.lever += weight * (plane.x - p.c);
-      out.turn += weight * glm::cross(plane.x - p.c, plane.n);
-    }
-    (which < contacts_.own() ? out.on_head : out.on_shank) += weight * plane.n;
+    out.add(weight, plane.x - p.c, plane.n, which < contacts_.own());
     if (mean) continue;
     dvec3 below = plane.x - kFeltBelow * plane.n;
     const TissuePatch* felt_in = &patch_;
@@ -155,14 +151,7 @@ void OffsetModel::feel(const ContactInput& in, Contact&, Felt& out) noexcept {
   if (!out.known_tissue) {
     for (const double fraction : out.tissue) labelled += fraction;
   }
-  if (labelled > 0) {
-    out.graded = graded;
-    for (std::size_t t = 1; t < out.tissue.size() && graded; ++t) {
-      out.hardness[t] = out.tissue[t] > 0 ? out.hardness[t] / out.tissue[t] : 1;
-    }
-    for (double& fraction : out.tissue) fraction /= labelled;
-    out.known_tissue = true;
-  }
+  if (labelled > 0) out.average(labelled, graded);
   if (total > 0) out.lever /= total;
 }
 
@@ -183,12 +172,7 @@ bool OffsetModel::feel_mean(const ContactInput& in, Felt& out) const noexcept {
     if (graded) out.hardness[tissue] += hardness_fraction(felt_hardness(patch_, i));
   }
   if (count == 0) return false;
-  out.known_tissue = true;
-  out.graded = graded;
-  for (std::size_t t = 1; t < out.tissue.size(); ++t) {
-    if (graded) out.hardness[t] = out.tissue[t] > 0 ? out.hardness[t] / out.tissue[t] : 1;
-    out.tissue[t] /= count;
-  }
+  out.average(count, graded);
   return true;
 }
 

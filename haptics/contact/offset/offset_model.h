@@ -4,6 +4,7 @@
 #include <array>
 #include <vector>
 
+#include "haptics/contact/missing_snapshot.h"
 #include "haptics/contact/offset/parameters.h"
 #include "haptics/contact/patch_model.h"
 #include "haptics/contact/proxy/nearest_allowed.h"
@@ -25,7 +26,7 @@ class OffsetModel : public PatchModel {
   bool turns_matter() const noexcept override { return heads_[tool_].smooth.any(); }
   void begin_anew() noexcept override;
   void release() noexcept override;
-  bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept override;
+  bool is_free(std::uint32_t tool, const Pose& X_WG) noexcept override;
   void take_up(std::uint32_t tool) noexcept override;
   void constrain(const ContactInput& in, Contact& out) noexcept override;
   int near_planes(std::span<NearPlane, kMaxNearPlanes> planes) const noexcept override;
@@ -69,7 +70,8 @@ class OffsetModel : public PatchModel {
     ActivePlanes active{};      // contact planes that hold the head
     bool slip_limited = false;  // true: limit_slip() shortened the head's motion in this tick
     // The following members have the same meaning as in Contact.
-    bool touching = false, lost = false, deep = false, bridging = false, late = false;
+    bool touching = false, deep = false;
+    SnapshotGap gap;
   };
 
   /// State of one search for the proxy's position, kept from iteration to iteration.
@@ -179,22 +181,11 @@ class OffsetModel : public PatchModel {
   // 0..1, fraction of the motor's power that the head used at harder tissue in the last tick; 0: no harder tissue
   double wall_ = 0;
   bool breaking_through_ = false;
-  double lost_for_ = 0;  // s, time that the tool has been outside its tissue patch
-  // N, contact force when a new tissue patch became overdue. Until the patch arrives, a plane replaces the tissue; if
-  // the force becomes larger than this, the plane moves back. 0: no patch is overdue.
-  double bridge_push_ = 0;
-  dvec3 bridge_from_{0};  // voxels, the head's centre when a new tissue patch became overdue
+  MissingSnapshot missing_;
   // s, remaining time of the proxy's smooth return to the surface
   double rejoining_ = 0;
-  struct Retreat {
-    RetreatPath path;
-    dvec3 held_at{0};      // voxels, position at which contacts hold the proxy
-    double held_for = 0;   // s, time that the proxy has been near held_at, far from the hand
-    bool has_cut = false;  // true: the tool has cut since the recorded path began
-    bool leading = false;  // true: the proxy is led back along its path
-    std::size_t to = 0;    // index of the path point to which the proxy is led back
-    bool wedged = false;   // true: the hand has moved away, but no point of the path is clearly nearer to the hand
-  } retreat_;
+  Retreat retreat_;       // path in voxels
+  bool has_cut_ = false;  // true: the tool has cut since the recorded path began
   struct Fall {
     dvec3 push_mean{0};  // N, low-pass filtered contact force on the head
     // m/s, the hand's velocity, low-pass filtered with a short and with a long time constant

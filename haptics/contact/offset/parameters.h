@@ -120,40 +120,13 @@ struct WallParameters {
   static constexpr int rounds = 4;
 };
 
-/// Recovery of a head inside tissue or outside the tissue patch.
+/// Recovery of a head inside tissue, and after a missing tissue patch.
 struct RecoveryParameters {
   // s, time constant with which the tolerated overlap of head and tissue decreases
   static constexpr double recovery_time = 6e-3;
   static constexpr double min_overlap = 0.01;  // voxels; a smaller overlap counts as none
-  // s; a new tissue patch is late if the head has been outside the old patch for longer than this
-  static constexpr double patch_wait = 0.01;
-  // m; if a fast hand is less than this ahead of a moving proxy, a missing tissue patch is not late. A hand that is
-  // farther ahead has jumped.
-  static constexpr double longest_lag = 20e-3;
-  // m; after this motion of the head with a late tissue patch, the force of the plane that replaces the patch decreases
-  static constexpr double bridge_reach = 5e-3;
-  // N; the plane that replaces a late tissue patch yields if the force exceeds the last contact force by more than this
-  static constexpr double bridge_yield = 0.5;
   // s, duration of the proxy's smooth return to the surface after a plane has replaced a missing tissue patch
   static constexpr double rejoin_time = 0.3;
-};
-
-/// If the hand has moved away but contacts hold the proxy, the proxy is led back along its recorded path.
-struct RetreatParameters {
-  // m, distance from hand to proxy above which the hand may have moved away
-  static constexpr double far = 2e-3;
-  static constexpr double still = 0.3e-3;  // m; a proxy that moves less counts as held by contacts
-  // m, distance from hand to proxy above which the hand has surely moved away: nobody presses with 5 N (at 1 N/mm)
-  static constexpr double too_far = 5e-3;
-  static constexpr double patience = 0.3;    // s for which the proxy is held before it is led back
-  static constexpr double report_after = 1;  // s; if a proxy is held longer without a way back, a fault is reported
-  // m; the proxy is led back only to a point of the path that is nearer to the hand than the proxy by this much
-  static constexpr double gain = 0.1e-3;
-  static constexpr double slew = 14;  // N/s, largest rate of change of the force while the proxy is led back
-  // m, distance of the proxy from tissue; beyond this, the recorded path starts again
-  static constexpr double outside = 1e-3;
-  // voxels between the examined points on the line from proxy to hand
-  static constexpr double search_step = 1;
 };
 
 /// Cutting of the coarse patch, the tissue around the shank.

@@ -44,7 +44,8 @@ void OffsetModel::begin_step(const ContactInput& in) noexcept {
   s.fall_normal = dvec3(0);
   s.contact_push = dvec3(0);
   s.active.count = 0;
-  s.touching = s.slip_limited = s.lost = s.deep = s.bridging = s.late = false;
+  s.touching = s.slip_limited = s.deep = false;
+  s.gap = {};
   s.c = s.start = settings_.frame.to_voxels(in.X_WG.p);
   s.target = settings_.frame.to_voxels(in.X_WT.p);
   s.shift = in.moved / voxel();
@@ -271,7 +272,7 @@ bool OffsetModel::limit_slip(const ContactInput& in, const dvec3& from) noexcept
   if (!slips(in)) return false;
   Step& p = step_;
   p.c = from + max_fraction(p.c - from, from - p.start - p.shift, max_slip()) * (p.c - from);
-  p.lost = p.lost && !patch_.covers(p.c, reach() + 1);
+  p.gap.lost = p.gap.lost && !patch_.covers(p.c, reach() + 1);
   p.slip_limited = true;
   return true;
 }
@@ -284,7 +285,7 @@ double OffsetModel::free_distance(const Pose& X_VT, double head_free) noexcept {
 OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s, double& head_free) noexcept {
   Step& p = step_;
   if (!patch_.covers(p.c, reach() + 1)) {
-    p.lost = true;
+    p.gap.lost = true;
     return Advance::kArrived;
   }
   head_free = free_distance(p.c);
@@ -299,7 +300,7 @@ OffsetModel::Advance OffsetModel::advance_free(const ContactInput& in, Search& s
   }
   const dvec3 next = p.c + motion * ((free - 1) / distance);
   if (!patch_.covers(next, reach() + 1)) {
-    p.lost = true;
+    p.gap.lost = true;
     // Moves the head to the border of the tissue patch, so that the next patch is centred farther ahead; otherwise a
     // fast head would never advance.
     p.c += motion * std::min((free - 1) / distance, patch_.held_fraction(p.c, motion, reach() + 1));
@@ -521,34 +522,13 @@ void OffsetModel::follow_hand() noexcept {
   const dvec3 step = p.c - p.start;
   const double max_step = breaking_through_ ? p.free_step : p.cut_step;
   p.c = p.start + max_fraction(step, -p.shift, farthest(step, p.shift, max_step)) * step;
-  p.lost = p.lost && !patch_.covers(p.c, reach() + 1);
+  p.gap.lost = p.gap.lost && !patch_.covers(p.c, reach() + 1);
 }
 
-/// Leads a trapped proxy (under an overhang, behind a ledge) back along its recorded path, to the point nearest to the
-/// hand. Nothing is cut. Returns true if the proxy is led back in this tick.
+/// Leads a trapped proxy back along its recorded path. Returns true if it is led back in this tick.
 bool OffsetModel::lead_back() noexcept {
-  using R = RetreatParameters;
-  if (!retreat_.leading) return false;
   Step& p = step_;
-  RetreatPath& path = retreat_.path;
-  const bool near = glm::length(p.target - p.c) * voxel() < R::far / 2;
-  for (double left = R::slew * p.step_per_slew; !near && left > 0 && path.size() > retreat_.to;) {
-    const dvec3 motion = path.last() - p.c;
-    const double length = glm::length(motion);
-    if (length > left) {
-      p.c += motion * (left / length);
-      break;
-    }
-    p.c = path.last();
-    left -= length;
-    path.drop_last();
-  }
-  if (near || path.size() <= retreat_.to) {
-    retreat_.leading = false;
-    retreat_.held_for = 0;
-    retreat_.path.add(p.c);
-    if (near) return false;
-  }
+  if (!retreat_.lead(p.target, RetreatParameters::slew * p.step_per_slew, p.c)) return false;
   contacts_.clear();
   overlap_ = wall_ = 0;
   fall_.push_mean = dvec3(0);
@@ -560,32 +540,19 @@ bool OffsetModel::lead_back() noexcept {
 /// Moves a bur that does not cut at present, but is held in its own cut, back along its path towards the hand.
 void OffsetModel::withdraw(const ContactInput& in) noexcept {
   Step& p = step_;
-  if (in.removal.cuts || !p.touching || p.deep || p.lost || !retreat_.has_cut) return;
+  if (in.removal.cuts || !p.touching || p.deep || p.gap.lost || !has_cut_) return;
   if (tool().shape != HeadShape::kSphere && RetreatPath::turned(in.X_WT.R, cut_end_.R)) return;
   p.c = retreat_.path.withdrawn(p.c, p.target, RetreatParameters::slew * p.step_per_slew + glm::length(p.shift));
 }
 
 /// Records the path of a cutting tool. Detects that the hand has moved away while the contacts still hold the proxy.
 void OffsetModel::watch_retreat(const ContactInput& in) noexcept {
-  using R = RetreatParameters;
   retreat_.wedged = false;
   const Step& p = step_;
-  if (!settings_.cutting || !tool().cuts || p.lost || p.deep) return;
-  const bool outside = !p.touching && free_distance(p.c) * voxel() > R::outside;
-  outside ? retreat_.path.begin(p.c) : retreat_.path.add(p.c);
-  retreat_.has_cut = !outside && (retreat_.has_cut || emptied_);
-  const dvec3 pull = p.target - p.c, moved = p.c - retreat_.held_at;
-  const double least = R::far / voxel(), still = R::still / voxel();
-  if (glm::dot(pull, pull) < least * least || glm::dot(moved, moved) > still * still) {
-    retreat_.held_at = p.c;
-    retreat_.held_for = 0;
-    return;
-  }
-  retreat_.held_for += in.dt;
-  if (retreat_.held_for < R::patience || !hand_has_left()) return;
-  retreat_.to = retreat_.path.nearest(p.target, glm::length(pull) - R::gain / voxel());
-  retreat_.leading = retreat_.to < retreat_.path.size();
-  retreat_.wedged = !retreat_.leading && retreat_.held_for > R::report_after;
+  if (!settings_.cutting || !tool().cuts || p.gap.lost || p.deep) return;
+  const bool outside = !p.touching && free_distance(p.c) * voxel() > RetreatParameters::outside;
+  has_cut_ = !outside && (has_cut_ || emptied_);
+  if (retreat_.is_held(p.c, p.target, outside, in.dt) && hand_has_left()) retreat_.begin(p.c, p.target);
 }
 
 /// Returns true if the hand has moved away: either the line from the proxy to the hand contains a place where the head
@@ -612,37 +579,13 @@ bool OffsetModel::hand_has_left() const noexcept {
   return false;
 }
 
-/// Replaces the tissue by the plane of the last contact until a new tissue patch arrives (Adachi 1995, Mark 1996). If
-/// the patch is late, the plane moves back under larger forces, and its force decreases to zero between one and two
-/// times bridge_reach. Measurements: docs/safety.md.
+/// Replaces tissue outside the tissue patch by a plane, until a new patch arrives.
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
-  using R = RecoveryParameters;
   Step& p = step_;
-  // A head that moves a voxel or more per tick does not wait for a patch, although the hand is faster than the patches.
-  const bool moves_on =
-      !p.deep && glm::length(p.c - p.start) >= 1 && glm::length(p.target - p.c) * voxel() <= R::longest_lag;
-  lost_for_ = p.lost && !moves_on ? lost_for_ + in.dt : 0;
-  p.late = lost_for_ > R::patch_wait && patch_.number != 0;
-  p.bridging = p.lost && in.last.normal_force > 0;
-  if (!(p.bridging && p.late)) bridge_push_ = 0;
-  if (p.bridging) {
-    double under = glm::dot(p.start - p.target, in.last.normal);
-    if (p.late) {
-      if (bridge_push_ == 0) bridge_push_ = in.last.normal_force, bridge_from_ = p.start;
-      const double motion = glm::length(p.start - bridge_from_) * voxel();
-      const double most = std::clamp(2 - motion / R::bridge_reach, 0.0, 1.0) * (bridge_push_ + R::bridge_yield) *
-                          // factor from N to voxels; `most`: largest distance of the plane from the hand, voxels
-                          p.step_per_slew / in.dt;
-      under = std::min(under, most);
-    }
-    p.c = under > 0 ? p.target + under * in.last.normal : p.target;
-  } else if (p.late) {
-    p.c = p.target;
-    overlap_ = 0;
-  }
-  if (!(p.bridging || p.late)) return;
+  if (!missing_.bridge(in, {voxel(), 1, p.start, p.target, p.step_per_slew}, p.c, p.gap)) return;
+  if (!p.gap.bridging) overlap_ = 0;
   p.touching = breaking_through_ = false;
-  rejoining_ = R::rejoin_time;
+  rejoining_ = RecoveryParameters::rejoin_time;
   contacts_.clear();
   p.active.count = 0;
 }
@@ -672,10 +615,8 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
   out.p_WG = p.c == p.target ? in.X_WT.p : settings_.frame.to_world(p.c);
   out.touching = p.touching;
   out.breaking_through = breaking_through_;
-  out.gap.lost = p.lost;
   out.deep = p.deep;
-  out.gap.bridging = p.bridging;
-  out.gap.late = p.late;
+  out.gap = p.gap;
   out.gap.rejoining = rejoining_ > 0;
   out.leading_out = overlap_ > 0;
   out.settled = overlap_ == 0 && rejoining_ == 0 && !retreat_.leading;
@@ -687,7 +628,6 @@ void OffsetModel::report(const ContactInput& in, Contact& out) noexcept {
     const double h = voxel();
     out.area = contacts_.engaged_area() > 0 ? contacts_.engaged_area() * h * h : kPi * tool().radius() * h;
   }
-  if (p.lost) out.faults |= bits(Fault::kPatchEdge);
   if (retreat_.wedged || retreat_.leading) out.faults |= bits(Fault::kWedged);
 }
 

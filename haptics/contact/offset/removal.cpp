@@ -33,7 +33,8 @@ bool OffsetModel::remove_sweep(const ContactInput& in, const Pose& X_WB, Cut& cu
   const PerTissue removed = carve(patch_, sweep, &changed, &front_, &hardened);
   if (!changed) return false;
   contacts_.forget_creases();
-  cut = {++cut_count_, in.tick, in.t, in.X_WG, X_WB, tool_, {}, {}, in.removal.spindle};
+  ++cut_count_;
+  cut.X_WA = in.X_WG, cut.X_WB = X_WB;
   book(removed, hardened, cut, energy);
   cut_end_ = X_WB;
   cut_tool_ = tool_;
@@ -76,7 +77,7 @@ void OffsetModel::finish_coarse() noexcept {
 
 void OffsetModel::adopted(bool strokes_edited, bool known) noexcept {
   // After undo or redo, the snapshot contains all valid cuts. So a postponed cut of the coarse patch is discarded.
-  if (strokes_edited) emptied_ = retreat_.has_cut = false, coarse_.waits = 0;
+  if (strokes_edited) emptied_ = has_cut_ = false, coarse_.waits = 0;
   if (!known) {
     front_.forget();
     contacts_.forget_creases();

@@ -6,7 +6,6 @@
 
 #include "haptics/contact/proxy/active_set.h"
 #include "haptics/contact/vertex/head_distances.h"
-#include "haptics/contact/vertex/plane_projection.h"
 #include "haptics/contact/vertex/vertex_head.h"
 #include "haptics/mesh/near_points.h"
 

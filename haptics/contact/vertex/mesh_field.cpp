@@ -21,7 +21,7 @@ constexpr int kEdge = 8, kApron = kEdge + 2;
 constexpr double kNearSample = 2.5;
 
 dvec3 unit_normal(const EditableMesh& mesh, Index f) {
-  const dvec3 n = glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
+  const dvec3 n = normal2(mesh, f);
   const double length = glm::length(n);
   return length > 0 ? n / length : dvec3(0);
 }

@@ -35,11 +35,6 @@ constexpr Effort kFreshEffort = 2;
 // clearance() searches in rounds: search distance of a round divided by that of the round before
 constexpr double kNextShell = 4;
 
-/// Normal of face f; its length is twice the face's area.
-dvec3 normal2(const EditableMesh& mesh, Index f) noexcept {
-  return glm::cross(mesh.point(f, 1) - mesh.point(f, 0), mesh.point(f, 2) - mesh.point(f, 0));
-}
-
 /// Number of parts into which each edge of a face is divided, so that no part is longer than CutParameters::longest.
 /// (A cut splits longer edges.)
 int parts_of_face(const EditableMesh& mesh, Index f, double edge) noexcept {
@@ -233,7 +228,9 @@ void VertexModel::list_area(PointList& list, Index f) noexcept {
   });
 }
 
-bool VertexModel::is_free(const VertexHead& head, double edge, const Pose& X) const noexcept {
+bool VertexModel::is_free(std::uint32_t tool, const Pose& X) noexcept {
+  const VertexHead& head = heads_[tool];
+  const double edge = edges_[tool];
   const EditableMesh& mesh = snapshot_.mesh;
   const dvec3 axis = X.R * dvec3(0, 0, 1), half = head.half_box(axis);
   bool free = true;
@@ -305,7 +302,6 @@ void VertexModel::list_ahead(const ContactInput& in, const Pose& proxy) noexcept
 }
 
 double VertexModel::clearance(const Pose& X_WG) noexcept {
-  if (snapshot_.number == 0) return 0;
   if (touching_ && X_WG.p == touching_at_) return 0;
   if (eases_ && eased_ != dvec3(0)) return 0;  // the force of the last contact is still fading
   list_where_needed(X_WG, false);
@@ -335,10 +331,6 @@ double VertexModel::clearance(const Pose& X_WG) noexcept {
     clearance = std::min(clearance, off - reach);
   });
   return std::max(clearance, 0.0);
-}
-
-bool VertexModel::may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept {
-  return snapshot_.number > 0 && is_free(head(), edge(), X_WG) && is_free(heads_[tool], edges_[tool], X_WG);
 }
 
 void VertexModel::take_up(std::uint32_t tool) noexcept {
@@ -416,12 +408,6 @@ void VertexModel::give(const ContactInput& in, const dvec3& force, const dvec3& 
 void VertexModel::constrain(const ContactInput& in, Contact& out) noexcept {
   springs_ = {};
   out.places = part_.open;
-  if (snapshot_.number == 0) {
-    out.p_WG = in.X_WT.p;
-    out.gap.lost = true;
-    out.faults |= bits(Fault::kPatchEdge);
-    return;
-  }
   if (parameters_.as_printed) return constrain_as_printed(in, out);
   // Without an allowed overlap, a bur could not leave or re-enter its own hole. A ball that does not cut needs no
   // overlap. While the tool cuts (in.removal.cuts), vertices inside the head do not push it out, but prevent a deeper
@@ -486,7 +472,6 @@ void VertexModel::come_free(const ContactInput& in, Contact& out) noexcept {
 
 /// Contact as in paper S4 (docs/papers.md): the head is at the hand's pose, and each vertex inside it pushes it back.
 void VertexModel::constrain_as_printed(const ContactInput& in, Contact& out) noexcept {
-  out.p_WG = in.X_WT.p;
   gather(head(), edge(), in.X_WT, 0);
   const dquat R_TW = glm::conjugate(in.X_WT.R);
   Springs sum;
@@ -530,8 +515,9 @@ bool VertexModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double
   stride_ = done.held && !done.changed ? std::max(0.5 * stride_, 2 * P::sweep / P::stride) : 1;
   if (!done.changed) return false;
   made_.add(made_.last() + 1, {part_.from, part_.to, part_.tool, done.removed});
-  cut = {made_.last(), in.tick,           in.t, part_.from, part_.to, part_.tool, count_.counted(done.removed),
-         {},           in.removal.spindle};
+  cut.X_WA = part_.from, cut.X_WB = part_.to;
+  cut.tool = part_.tool;
+  cut.removed = count_.counted(done.removed);
   for (std::size_t t = 1; t < done.removed.size(); ++t) {
     energy += done.removed[t] * settings_.materials[t].specific_energy;
   }
@@ -620,9 +606,8 @@ bool VertexModel::work_on_cut(const ContactInput& in, const Pose& proxy) noexcep
 void VertexModel::feel(const ContactInput&, Contact&, Felt& out) noexcept {
   double total = 0;
   for (std::size_t t = 1; t < springs_.tissue.size(); ++t) total += springs_.tissue[t];
-  if (!(total > 0)) return;
-  for (std::size_t t = 1; t < springs_.tissue.size(); ++t) out.tissue[t] = springs_.tissue[t] / total;
-  out.known_tissue = true;
+  out.tissue = springs_.tissue;
+  if (total > 0) out.average(total, false);
 }
 
 /// Tissue of the nearest face within two edge lengths that has the point on its inner side; otherwise air.

@@ -78,7 +78,7 @@ class VertexModel final : public ContactModel {
   bool turns_matter() const noexcept override { return !head().is_ball(); }
   void begin_anew() noexcept override { forget(), began_ = true; }
   void release() noexcept override { forget(); }
-  bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept override;
+  bool is_free(std::uint32_t tool, const Pose& X_W) noexcept override;
   void take_up(std::uint32_t tool) noexcept override;
   void constrain(const ContactInput& in, Contact& out) noexcept override;
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
@@ -139,7 +139,6 @@ class VertexModel final : public ContactModel {
   double complete_list_length() const noexcept;
   double short_list_length() const noexcept;
   void forget() noexcept;
-  bool is_free(const VertexHead& head, double edge, const Pose& X_W) const noexcept;
   double moved_since_listing(const Pose& X) const noexcept;
   void list_where_needed(const Pose& X, bool cuts) noexcept;
   void complete_list(const Pose& X, double far) noexcept;

@@ -61,18 +61,11 @@ double VoxelPenaltyModel::clearance(const Pose& X_WG) noexcept {
   return std::max(0.0, clearance) * voxel();
 }
 
-bool VoxelPenaltyModel::may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept {
-  const std::uint32_t in_hand = tool_;
-  bool free = true;
-  for (const std::uint32_t which : {in_hand, tool}) {
-    tool_ = which;
-    const Pose X_VT{settings_.frame.to_voxels(X_WG.p), X_WG.R};
-    if (!patch_.covers(X_VT.p, head().reach + 1)) free = false;
-    if (free) probe(X_VT);
-    free = free && count_ == 0;
-  }
-  tool_ = in_hand;
-  return free;
+bool VoxelPenaltyModel::is_free(std::uint32_t tool, const Pose& X_WG) noexcept {
+  const Pose X_VT{settings_.frame.to_voxels(X_WG.p), X_WG.R};
+  if (!patch_.covers(X_VT.p, heads_[tool].reach + 1)) return false;
+  probe(heads_[tool], X_VT);
+  return count_ == 0;
 }
 
 bool VoxelPenaltyModel::is_full(const glm::ivec3& v) const noexcept {
@@ -103,32 +96,28 @@ double VoxelPenaltyModel::depth_along(const dvec3& x, const dvec3& direction, do
 }
 
 /// Finds the samples of a head at X_VT (voxels) that are inside full voxels.
-void VoxelPenaltyModel::probe(const Pose& X_VT) noexcept {
+void VoxelPenaltyModel::probe(const Head& head, const Pose& X_VT) noexcept {
   count_ = 0;
   c_ = X_VT.p;
-  for (const HeadSample& sample : head().samples) {
+  for (const HeadSample& sample : head.samples) {
     const dvec3 x = X_VT * sample.p_TQ;
     const glm::ivec3 at = glm::ivec3(glm::round(x));
     if ((patch_.whole && !patch_.holds(x, 0)) || !is_full(at)) continue;
     const dvec3 n = X_VT.R * sample.n_T;
     const glm::ivec3 in_patch = at - patch_.lo;
     const Tissue tissue = shown(patch_.tissue[patch_.at(in_patch.x, in_patch.y, in_patch.z)]);
-    touching_[count_++] = {x,           n,      depth_along(x, -n, 2 * head().reach),
+    touching_[count_++] = {x,           n,      depth_along(x, -n, 2 * head.reach),
                            sample.area, tissue, hardness_at(patch_, dvec3(at))};
   }
 }
 
 void VoxelPenaltyModel::constrain(const ContactInput& in, Contact& out) noexcept {
-  out.p_WG = in.X_WT.p;
   out.spring.whole = true;
   count_ = 0;
   const Pose X_VT{settings_.frame.to_voxels(in.X_WT.p), in.X_WT.R};
-  if (!patch_.covers(X_VT.p, head().reach + 1)) {
-    out.gap.lost = true;
-    out.faults |= bits(Fault::kPatchEdge);
-    return;
-  }
-  probe(X_VT);
+  out.gap.lost = !patch_.covers(X_VT.p, head().reach + 1);
+  if (out.gap.lost) return;
+  probe(head(), X_VT);
   out.touching = count_ > 0;
   for (std::size_t i = 0; i < count_; ++i) out.area += touching_[i].area;
   sum_springs(in, out);
@@ -162,8 +151,7 @@ void VoxelPenaltyModel::sum_springs(const ContactInput& in, Contact& out) const 
 /// voxels whose centres it covers.
 bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept {
   const double size = glm::length(contact.spring.force);
-  if (!(in.removal.cuts && !in.removal.must_earn && count_ > 0 && size > 0 && in.removal.budget > 0 &&
-        in.removal.specific_energy > 0))
+  if (!(in.removal.cuts && count_ > 0 && size > 0 && in.removal.budget > 0 && in.removal.specific_energy > 0))
     return false;
   const double bought = in.removal.budget / in.removal.specific_energy / contact.area;
   const dvec3 out_of = contact.spring.force / size;
@@ -173,9 +161,9 @@ bool VoxelPenaltyModel::cut(const ContactInput& in, Contact& contact, Cut& cut, 
   PerTissue hardened;
   const PerTissue removed = carve(patch_, stamp, &changed, &hardened);
   if (!changed) return false;
-  cut = {++cut_count_, in.tick, in.t, X_WB, X_WB, tool_, {}, {}, in.removal.spindle};
+  cut.X_WA = cut.X_WB = X_WB;
   book(removed, hardened, cut, energy);
-  log_.add(cut_count_, stamp.lo(), stamp.hi(), {X_WB, X_WB, tool_, false, 0, removed});
+  log_.add(++cut_count_, stamp.lo(), stamp.hi(), {X_WB, X_WB, tool_, false, 0, removed});
   return true;
 }
 
@@ -191,13 +179,7 @@ void VoxelPenaltyModel::feel(const ContactInput&, Contact&, Felt& out) noexcept 
     out.hardness[static_cast<std::size_t>(touching_[i].tissue)] += touching_[i].depth * touching_[i].hardness;
     total += touching_[i].depth;
   }
-  if (!(total > 0)) return;
-  out.graded = !patch_.hardness.empty();
-  for (std::size_t t = 0; t < out.tissue.size(); ++t) {
-    out.hardness[t] = out.tissue[t] > 0 ? out.hardness[t] / out.tissue[t] : 1;
-    out.tissue[t] /= total;
-  }
-  out.known_tissue = true;
+  if (total > 0) out.average(total, !patch_.hardness.empty());
 }
 
 }  // namespace typodont::haptics::voxel_penalty

@@ -15,9 +15,7 @@ class VoxelPenaltyModel final : public PatchModel {
   VoxelPenaltyModel(const ServoSettings& settings, const Parameters& parameters);
 
   double clearance(const Pose& X_WG) noexcept override;
-  void begin_anew() noexcept override {}
-  void release() noexcept override {}
-  bool may_change_tool(std::uint32_t tool, const Pose& X_WG) noexcept override;
+  bool is_free(std::uint32_t tool, const Pose& X_WG) noexcept override;
   void take_up(std::uint32_t tool) noexcept override { tool_ = tool; }
   void constrain(const ContactInput& in, Contact& out) noexcept override;
   bool cut(const ContactInput& in, Contact& contact, Cut& cut, double& energy) noexcept override;
@@ -40,7 +38,7 @@ class VoxelPenaltyModel final : public PatchModel {
   };
 
   const Head& head() const noexcept { return heads_[tool_]; }
-  void probe(const Pose& X_VT) noexcept;
+  void probe(const Head& head, const Pose& X_VT) noexcept;
   bool is_full(const glm::ivec3& voxel) const noexcept;
   double depth_along(const dvec3& x, const dvec3& direction, double most) const noexcept;
   void sum_springs(const ContactInput& in, Contact& out) const noexcept;
