@@ -123,6 +123,8 @@ void Servo::State::begin_anew(const Pose& X_WT, Nanos t) noexcept {
   coupling.depth_speed.reset();
   coupling.friction = {};
   coupling.tip = {};
+  coupling.missing = {};
+  coupling.bridged = coupling.returning = false;
   limits.given = limits.stored = 0;
   limits.ramp = 0;
 }
@@ -275,7 +277,8 @@ void Servo::State::watch_start(ContactTick& now) noexcept {
 bool Servo::State::remove(ContactTick& now) noexcept {
   double energy = 0;
   bool changed = false;
-  if ((now.in.removal.cuts && !motion.inside) || now.contact.places || tool().fill != Tissue::kAir) {
+  const bool works = (now.in.removal.cuts && !motion.inside) || now.contact.places || tool().fill != Tissue::kAir;
+  if (works && snapshot->number != 0) {
     Cut cut;
     cut.tool = in_hand;
     cut.spindle = cutting.speed;

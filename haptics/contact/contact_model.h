@@ -162,7 +162,7 @@ inline constexpr int kMaxNearPlanes = 264;
 
 /// The part of a contact method on the servo thread. All functions are noexcept; none allocates, locks or waits. The
 /// results are deterministic. In a tick the servo calls constrain(), cut() and feel(), in this order. Before the first
-/// snapshot it calls neither these nor clearance() and is_free().
+/// snapshot it calls none of these, nor clearance() or is_free().
 class ContactModel {
  public:
   virtual ~ContactModel() = default;
@@ -202,8 +202,8 @@ class ContactModel {
   /// Computes plane `i` of near_planes() exactly. Returns true if planes have changed.
   virtual bool refine_near_plane(int /*i*/) noexcept { return false; }
   /// Removes tissue with the energy of this tick, or adds filling. If tissue changed, returns true and sets poses,
-  /// volumes and fill_radius of `cut`; the servo sets the rest. `energy`: J, energy used. Called only if the tool cuts
-  /// or fills, or if Contact::places is true.
+  /// volumes and fill_radius of `cut`; the servo sets index, tick and time, and presets tool and spindle. `energy`: J,
+  /// energy used. Called only if the tool cuts or fills, or if Contact::places is true.
   virtual bool cut(const ContactInput& /*in*/, Contact& /*contact*/, Cut& /*cut*/, double& /*energy*/) noexcept {
     return false;
   }

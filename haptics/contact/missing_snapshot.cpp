@@ -6,10 +6,10 @@ namespace typodont::haptics {
 
 bool MissingSnapshot::bridge(const ContactInput& in, const Motion& motion, dvec3& c, SnapshotGap& gap) noexcept {
   using P = MissingSnapshotParameters;
-  const auto& [unit, voxel, start, target, step_per_slew] = motion;
+  const auto& [unit, voxel, travel, start, target, step_per_slew] = motion;
   // A head that moves a voxel or more per tick does not wait for a snapshot, although the hand is faster than the
   // snapshots.
-  const bool moves_on = glm::length(c - start) >= voxel && glm::length(target - c) * unit <= P::longest_lag;
+  const bool moves_on = travel >= voxel && glm::length(target - c) * unit <= P::longest_lag;
   lost_for_ = gap.lost && !moves_on ? lost_for_ + in.dt : 0;
   gap.late = lost_for_ > P::wait;
   gap.bridging = gap.lost && in.last.normal_force > 0;

@@ -29,6 +29,7 @@ class MissingSnapshot {
   struct Motion {
     double unit;          // m, unit of all other lengths
     double voxel;         // size of a voxel
+    double travel;        // distance that the head moves in this tick
     dvec3 start, target;  // at the start of the tick; at the hand's pose
     // change of the distance between hand and proxy in this tick if the force changes at a rate of 1 N/s
     double step_per_slew;

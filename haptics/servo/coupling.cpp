@@ -60,34 +60,37 @@ Servo::State::EdgeMeans Servo::State::edge_means() const noexcept {
 void Servo::State::bridge_springs(ContactTick& now) noexcept {
   Coupling& c = coupling;
   Contact& contact = now.contact;
-  ContactSprings& spring = contact.spring;
-  if (!spring.whole) return;
+  if (!contact.spring.whole) return;
   const double k = settings.stiffness * std::max(c.relative_stiffness, 0.05);
-  const dvec3 felt = c.normal_force * c.normal;
   // A penalty method has no proxy. Its plane begins where the coupling would have the force of the springs.
-  const dvec3 start = c.bridged ? now.in.X_WG.p : now.in.X_WG.p + felt / k;
-  const MissingSnapshot::Motion moving{1, settings.frame.voxel, start, now.in.X_WT.p, now.dt / k};
+  const dvec3 start = now.in.X_WG.p + (c.bridged ? 0.0 : c.normal_force / k) * c.normal;
+  const MissingSnapshot::Motion moving{1,     settings.frame.voxel, glm::length(now.moved),
+                                       start, now.in.X_WT.p,        now.dt / k};
   c.returning |= c.missing.bridge(now.in, moving, contact.p_WG, contact.gap);
-  if (contact.gap.bridging) {
-    spring = {};
-    if (!c.bridged) c.last_depth = c.normal_force / k, c.rate = 0;
+  if (contact.gap.bridging && !c.bridged) {
+    c.last_depth = c.normal_force / k;
+    c.rate = 0;
+    c.depth_speed.reset();
   }
   c.bridged = contact.gap.bridging;
-  if (c.returning && !contact.gap.lost) {
-    const dvec3 change = spring.force - felt;
-    const double size = glm::length(change),
-                 most = settings.stiffness * glm::length(now.moved) + MissingSnapshotParameters::return_slew * now.dt;
-    c.returning = size > most;
-    if (c.returning) {
-      const dvec3 force = felt + most / size * change;
-      const double whole = glm::length(spring.force), strength = glm::length(force);
-      spring.torque *= whole > 0 ? std::min(1.0, strength / whole) : 0.0;
-      spring.stored = strength * strength / (2 * k);
-      spring.force = force;
-      contact.touching = strength > 0;
-    }
-  }
-  contact.gap.rejoining = c.returning;
+  // The force of the plane ends gradually, also if the new snapshot has no tissue at the tool.
+  contact.touching |= c.returning && !contact.gap.lost && c.normal_force > 0;
+}
+
+void Servo::State::return_springs(ContactTick& now) noexcept {
+  Coupling& c = coupling;
+  ContactSprings& spring = now.contact.spring;
+  const dvec3 felt = c.normal_force * c.normal, change = spring.force - felt;
+  const double size = glm::length(change),
+               most = settings.stiffness * glm::length(now.moved) + MissingSnapshotParameters::return_slew * now.dt;
+  c.returning = size > most;
+  now.contact.gap.rejoining = c.returning;
+  if (!c.returning) return;
+  const double whole = glm::length(spring.force);
+  spring.force = felt + most / size * change;
+  const double strength = glm::length(spring.force);
+  spring.torque *= whole > 0 ? std::min(1.0, strength / whole) : 0.0;
+  spring.stored = strength * strength / (2 * settings.stiffness * std::max(c.relative_stiffness, 0.05));
 }
 
 void Servo::State::feel(ContactTick& now) noexcept {
@@ -199,6 +202,7 @@ void Servo::State::couple(ContactTick& now, double depth) noexcept {
 void Servo::State::take_force(ContactTick& now) noexcept {
   Coupling& c = coupling;
   model->feel(now.in, now.contact, now.felt);
+  if (c.returning) return_springs(now);
   const Contact& contact = now.contact;
   const Felt& felt = now.felt;
   if (felt.known_tissue) c.tissue = felt.tissue;

@@ -273,6 +273,8 @@ struct Servo::State {
   // The next functions are defined in servo/coupling.cpp.
   /// For a penalty method: without tissue at the tool, the plane of the last contact replaces the springs.
   void bridge_springs(ContactTick& now) noexcept;
+  /// After a plane has replaced the springs: lets their force return at a limited rate.
+  void return_springs(ContactTick& now) noexcept;
   /// Computes forces of coupling, damper, friction and cutting edges. A penalty method replaces coupling and damper.
   void feel(ContactTick& now) noexcept;
   /// Lets the tip sink into softened tissue, where it sticks.

@@ -280,6 +280,18 @@ TEST(Faults, OutsideThePatchAPenaltyMethodHasThePlaneOfTheLastContactAndItsForce
   EXPECT_FALSE(hand.has(Fault::kPatchEdge));
   EXPECT_LE(hand.worst_step, 0.025);
 
+  Hand sinks(scene);
+  p = dvec3(0, 0, 0.2_mm);
+  sinks.go(Hand::over(), p, 20e-3);
+  sinks.loop.hold_carver(true);
+  while (!sinks.has(Fault::kPatchEdge) && p.x < 6.0_mm) sinks.tick(p += dvec3(20e-6, 0, 0));
+  for (int i = 0; i < 20; ++i) sinks.tick(p);
+  const double rested = sinks.force();
+  sinks.go(p, p - dvec3(0, 0, 3.0_mm), 20e-3);
+  EXPECT_LE(sinks.force(), rested + 0.55);
+  sinks.go(p - dvec3(0, 0, 3.0_mm), p - dvec3(0, 0, 11.0_mm), 20e-3);
+  EXPECT_EQ(sinks.force(), 0);
+
   Hand free(scene);
   free.go(Hand::over(), {0, 0, 4.0_mm}, 20e-3);
   free.loop.hold_carver(true);

@@ -262,6 +262,7 @@ void IntermediateModel::constrain(const ContactInput& in, Contact& out) noexcept
 bool IntermediateModel::cut(const ContactInput&, Contact& contact, Cut& cut, double& energy) noexcept {
   const bool changed = cutter_.cut(cutter_in_, cutter_contact_, cut, energy);
   contact.faults |= cutter_contact_.faults;
+  if (cutter_contact_.gap.lost) contact.faults |= bits(Fault::kPatchEdge);
   return changed;
 }
 

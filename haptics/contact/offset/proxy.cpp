@@ -582,7 +582,8 @@ bool OffsetModel::hand_has_left() const noexcept {
 /// Replaces tissue outside the tissue patch by a plane, until a new patch arrives.
 void OffsetModel::bridge_missing_patch(const ContactInput& in) noexcept {
   Step& p = step_;
-  if (!missing_.bridge(in, {voxel(), 1, p.start, p.target, p.step_per_slew}, p.c, p.gap)) return;
+  if (!missing_.bridge(in, {voxel(), 1, glm::length(p.c - p.start), p.start, p.target, p.step_per_slew}, p.c, p.gap))
+    return;
   if (!p.gap.bridging) overlap_ = 0;
   p.touching = breaking_through_ = false;
   rejoining_ = RecoveryParameters::rejoin_time;
