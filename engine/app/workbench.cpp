@@ -169,8 +169,8 @@ struct Workbench::Impl {
   void open();
   bool begin(glm::ivec2 picture_size);
   /// Draws a picture, if its pipelines exist and the last picture is finished. True: a finished picture shows the
-  /// tissue, and the next one takes less than kQuickPass; or kFirstPictures have passed. The carver thread already
-  /// runs.
+  /// tissue, and the next one takes less than kQuickPass; or kFirstPictures have passed and no picture is being drawn.
+  /// The carver thread already runs.
   bool shows_tissue(glm::ivec2 picture_size);
   /// Sets the size in pixels of the picture in the operator's window.
   void fit(glm::ivec2 size) {
@@ -760,7 +760,7 @@ void Workbench::Impl::end() {
                     1e3 * picture->frame_seconds(), 1e3 * picture->photon_seconds(), ladder.step().name,
                     ladder.place() + 1, render::kQualityLadder.size(), ladder.changes()));
     explain(fmt::format("GPU memory in use: {:.0f} MB", 1e-6 * static_cast<double>(stage->device().memory_used())));
-    explain(fmt::format("pipelines for which a picture waited: {}", stage->device().unprepared_pipelines));
+    explain(fmt::format("pipelines that no other thread prepared: {}", stage->device().unprepared_pipelines));
   }
   const auto times = headset ? headset->report() : picture ? picture->report().lines() : std::vector<std::string>{};
   for (const std::string& line : times) explain(line);

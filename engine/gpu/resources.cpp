@@ -5,10 +5,12 @@
 #include <chrono>
 #include <cstring>
 #include <future>
+#include <system_error>
 #include <utility>
 
 #include "engine/base/check.h"
 #include "engine/base/memory.h"
+#include "engine/base/realtime.h"
 
 namespace typodont::gpu {
 
@@ -446,7 +448,7 @@ VkPipeline get_pipeline(Device& device, const PipelineOptions& options) {
   }
 }
 
-bool prepare_pipelines(Device& device, std::span<const PipelineOptions> wanted) {
+bool prepare_pipelines(Device& device, std::span<const PipelineOptions> wanted, bool urgent) {
   bool finished = true;
   std::vector<Pipeline> missing;
   for (const PipelineOptions& options : wanted) {
@@ -454,12 +456,20 @@ bool prepare_pipelines(Device& device, std::span<const PipelineOptions> wanted) 
     if (is_new) missing.push_back(entry->second);
     finished = finished && is_finished(entry->second);
   }
-  if (!missing.empty())
-    device.pipeline_threads.emplace_back([missing = std::move(missing)](const std::stop_token& stop) {
-      for (const Pipeline& pipeline : missing)
-        if (!stop.stop_requested()) pipeline.wait();
+  if (missing.empty()) return finished;
+  const auto create = [missing](const std::stop_token& stop) {
+    for (const Pipeline& pipeline : missing)
+      if (!stop.stop_requested()) pipeline.wait();
+  };
+  try {
+    device.pipeline_threads.emplace_back([create, urgent](const std::stop_token& stop) {
+      if (!urgent) lower_priority();
+      create(stop);
     });
-  return finished;
+  } catch (const std::system_error&) {  // the system grants no thread
+    create({});
+  }
+  return false;
 }
 
 void stop_preparing(Device& device) {

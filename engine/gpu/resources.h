@@ -137,9 +137,10 @@ struct PipelineOptions {
 /// prepare_pipelines() has begun to create it, waits for it. The pipeline exists as long as the device. The layouts of
 /// calls with the same shaders must be compatible.
 VkPipeline get_pipeline(Device& device, const PipelineOptions& options);
-/// Lets another thread create those pipelines that do not exist, in this order. Returns true when get_pipeline() would
-/// wait for none of them. If one could not be created, get_pipeline() throws the reason.
-bool prepare_pipelines(Device& device, std::span<const PipelineOptions> wanted);
+/// Lets another thread create those pipelines that do not exist, in this order; with lower priority if not `urgent`.
+/// Returns true when get_pipeline() would wait for none of them. If one could not be created, get_pipeline() throws the
+/// reason.
+bool prepare_pipelines(Device& device, std::span<const PipelineOptions> wanted, bool urgent);
 /// Ends the work of prepare_pipelines(), after the pipelines that are being created. Call before a layout in their
 /// options is destroyed.
 void stop_preparing(Device& device);

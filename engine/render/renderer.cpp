@@ -296,8 +296,8 @@ struct Renderer::Impl {
       SurfacePass::list_pipelines(context, bricks, effects(frame, lit), later);
       if (tools) later.push_back(ToolPass::options(context, lit));
     }
-    if (!gpu::prepare_pipelines(device, needed)) return false;
-    gpu::prepare_pipelines(device, later);
+    if (!gpu::prepare_pipelines(device, needed, /*urgent=*/true)) return false;
+    gpu::prepare_pipelines(device, later, /*urgent=*/false);
     return true;
   }
 

@@ -19,7 +19,8 @@ struct DrawnSurfaces {
 }  // namespace
 
 void FuseDesk::open() {
-  // The scan's labels do not change while this page is shown.
+  // The scan's labels do not change while this page is shown, so earlier changes come first.
+  if (!s_.scan.changes.empty()) return s_.scan.change([this](const ScanReview&) { open(); });
   const std::shared_ptr<const ScanReview> review = s_.scan.review;
   if (!review || !review->can_correct()) return s_.fail(s_.text("op.scan_needs_full"));
   close();

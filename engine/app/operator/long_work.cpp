@@ -11,9 +11,11 @@ void BackgroundTask::drop() {
 
 bool BackgroundTask::look() {
   if (!under_way()) return false;
-  s_.busy = !done();
+  const bool ended = done();
+  s_.busy = !ended;
   s_.busy_fraction = progress()->fraction();
   s_.busy_what = s_.text(progress()->what());
+  if (!ended) return false;
   try {
     return Job::look();
   } catch (const gpu::DeviceLost& e) {

@@ -189,7 +189,7 @@ class Operator {
   void draw() {
     window_.set_title(title());
     upload_result();
-    const bool shown = !desk_.drawing();
+    const bool shown = !(s_.live_is_own && desk_.drawing());
     window_.begin(s_.page == Page::kSession || s_.page == Page::kLoading);
     kPages.at(s_.page).draw(s_, window_);
     draw_help(s_, window_);
@@ -202,6 +202,7 @@ class Operator {
     for (const Request& r : asked) {
       try {
         if (s_.page == Page::kLoading && !allowed_while_loading(r.ask)) continue;
+        if (r.ask == Ask::kLanguage && desk_.drawing()) continue;  // new fonts would wait for the GPU
         if (s_.leaving) {
           answer(r.ask);
         } else if (leads_away(r.ask) && unsaved()) {
@@ -496,8 +497,7 @@ class Operator {
   SessionScores scores_{s_};
   SchoolDesk school_{s_, window_, choices_};
   Started started_;
-  // Declared last: this task ends before everything that it uses is destroyed.
-  BackgroundTask work_{s_};
+  BackgroundTask work_{s_};  // leave() ends it before anything that it uses is destroyed
   SessionDesk desk_{s_, window_, work_};
   ScanDesk scan_desk_{s_, window_, work_};
   FuseDesk fuse_desk_{s_, window_, work_};

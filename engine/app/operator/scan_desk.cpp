@@ -4,6 +4,7 @@
 
 #include "engine/app/operator/scene_works.h"
 #include "engine/base/log.h"
+#include "engine/gpu/device.h"
 
 namespace typodont {
 
@@ -90,7 +91,15 @@ bool ScanDesk::look() {
   const bool drawn = preview_.look(), labelled = coarse_.look(), finished = drawn || labelled;
   if (preview_.under_way()) return finished;
   ScanReview& review = *form.review;
-  for (const auto& change : std::exchange(form.changes, {})) change(review);
+  for (const auto& change : std::exchange(form.changes, {})) {
+    try {
+      change(review);
+    } catch (const gpu::DeviceLost&) {
+      throw;
+    } catch (const std::exception& e) {
+      s_.fail(e.what());
+    }
+  }
   if (const std::optional<LabelRequest> wanted = review.request()) {
     if (full_ && wanted->revision != *full_) work_.cancel();
     if (wanted->detail == LabelDetail::kCoarse && !coarse_.under_way()) begin_coarse(*wanted);
@@ -115,13 +124,18 @@ bool ScanDesk::look() {
 }
 
 void ScanDesk::import(Choices& choices) {
-  s_.scan.change([this, &choices](const ScanReview& review) { import_reviewed(s_, work_, choices, review); });
+  if (std::exchange(import_asked_, true)) return;
+  s_.scan.change([this, &choices](const ScanReview& review) {
+    import_asked_ = false;
+    import_reviewed(s_, work_, choices, review);
+  });
 }
 
 void ScanDesk::close() {
   preview_.close();
   coarse_.drop();
   full_.reset();
+  import_asked_ = false;
   s_.scan = {};
 }
 

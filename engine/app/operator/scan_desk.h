@@ -35,6 +35,7 @@ class ScanDesk {
   OperatorState& s_;
   BackgroundTask& work_;
   std::optional<std::uint64_t> full_;  // revision for which work_ computes labels at full size
+  bool import_asked_ = false;          // true: import() waits in ScanForm::changes
   Job coarse_;                         // computes coarse tissue labels
   Preview preview_;
   std::uint64_t drawn_ = 0;  // value of ScanReview::changes() when the last pictures were begun

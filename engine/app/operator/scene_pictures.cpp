@@ -5,6 +5,7 @@
 #include "engine/base/cache.h"
 #include "engine/base/error.h"
 #include "engine/base/log.h"
+#include "engine/base/progress.h"
 #include "engine/base/temporary_folder.h"
 
 namespace typodont {
@@ -96,7 +97,9 @@ void ScenePictures::load() {
               for (SceneChoice& choice : s_.scenes)
                 if (choice.file == scene) choice.picture = static_cast<int>(s_.pictures.size()) - 1;
             },
-            [](const std::exception&) {});  // cancelled
+            [this, scene = selected_](const std::exception& e) {
+              if (!dynamic_cast<const Cancelled*>(&e)) failed_.insert(scene);
+            });
 }
 
 void ScenePictures::prepare() {

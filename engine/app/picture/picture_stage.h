@@ -154,7 +154,8 @@ class PictureStage {
   void draw_one_eye(bool on) { one_eye_ = on; }
   bool draws_one_eye() const { return one_eye_; }
 
-  /// True: draw() does not block for long. While other threads create pipelines, it draws nothing, and waits() is true.
+  /// True: draw() does not wait for the renderer's pipelines. While other threads create them, it draws nothing, and
+  /// waits() is true.
   /// It does not wait for offscreen pictures; the caller waits until finished(). Lavapipe takes seconds for a first
   /// picture, because it compiles shaders while it draws.
   void draw_ahead(bool on) { ahead_ = on; }
