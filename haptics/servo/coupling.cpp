@@ -73,6 +73,7 @@ void Servo::State::bridge_springs(ContactTick& now) noexcept {
     c.depth_speed.reset();
   }
   c.bridged = contact.gap.bridging;
+  contact.gap.rejoining = c.returning;
   // The force of the plane ends gradually, also if the new snapshot has no tissue at the tool.
   contact.touching |= c.returning && !contact.gap.lost && c.normal_force > 0;
 }

@@ -90,8 +90,11 @@ double Servo::State::paid_fraction(const ContactTick& now) noexcept {
   Limits& l = limits;
   l.unpaid |= now.contact.gap.late;
   if (!l.unpaid) return 1;
-  const double k = settings.stiffness * coupling.relative_stiffness, paid = std::max(sums.energy + l.given, 0.0);
-  const double most = std::sqrt(2 * k * paid + P::unpaid_force * P::unpaid_force), strength = glm::length(now.force);
+  const double paid = std::max(sums.energy + l.given, 0.0), strength = glm::length(now.force);
+  // N²/J; a spring with this constant k stores force² / k
+  const double k = now.contact.spring.whole && now.stored > 0 ? strength * strength / now.stored
+                                                              : 2 * settings.stiffness * coupling.relative_stiffness;
+  const double most = std::sqrt(k * paid + P::unpaid_force * P::unpaid_force);
   if (strength > most) return std::max(most, glm::length(l.last_force) - P::drilling_slew * now.dt) / strength;
   if (!now.contact.gap.rejoining) l.unpaid = false;
   return 1;
