@@ -54,7 +54,9 @@ inline std::array<Look, kMatterCount> appearances_of(const MaterialTable& materi
   looks[static_cast<std::size_t>(Tissue::kCaries)].color =
       glm::min(looks[static_cast<std::size_t>(Tissue::kCaries)].color * std::exp2(0.8 * softness), dvec3(1));
   const auto drawn = [&](Tissue matter, const Look& look) { looks[static_cast<std::size_t>(matter)] = look; };
-  drawn(kMucosa, {{0.80, 0.45, 0.44}, 0.30, 0.60, 0, 0.85, 1.40});
+  // L* 55, a* 25, b* 12, about Munsell 5R 5.4/6. Normal oral mucosa has hue 5R to 7.5YR, value 3.5 to 6 and chroma 2 to
+  // 6 (J. Stomatol. Soc. Jpn. 53 (1986) 208, matched with colour chips).
+  drawn(kMucosa, {{0.705, 0.449, 0.437}, 0.30, 0.60, 0, 0.85, 1.40});
   drawn(kTongue, {{0.80, 0.50, 0.49}, 0.50, 0.60, 0, 0.55, 1.40});
   drawn(kSkin, {{0.86, 0.69, 0.59}, 0.60, 0.35, 0, 0.05, 1.40});
   drawn(kRubber, {{0.18, 0.45, 0.56}, 0.62, 0.20, 0, 0.05, 1.52});

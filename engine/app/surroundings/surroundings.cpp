@@ -49,6 +49,9 @@ constexpr double kCoveredBelow = 0.6e-3;
 // Width of the blend between the gum around a tooth and the ridge, m.
 constexpr double kCollarBlend = 1.0e-3;
 constexpr double kCollarFrom = 4e-3;  // m, the gum forms a collar up to this distance from a tooth
+// The fornix, where gum becomes cheek, m: size of its rounding, and depth of its end inside the cheek, which is more
+// than the error of the cheek's mesh.
+constexpr double kFornix = 4.5e-3, kFornixInside = 0.15e-3;
 // Cell sizes of section faces, m.
 constexpr double kToothFace = 0.15e-3, kGumFace = 0.30e-3;
 // Overlap of the gum's section face over the teeth's section faces, m.
@@ -259,9 +262,9 @@ struct SurroundingsShape::Impl {
   }
   bool far(const Neighbour& n) const { return n.row && glm::length(n.middle - middle) > kNear; }
 
-  double gum(const dvec3& p) const {
+  double gum(const dvec3& p) const { return gum(p, jaw.place(p)); }
+  double gum(const dvec3& p, const Jaw::Place& at) const {
     const double own = tooth.distance(p);
-    const Jaw::Place at = jaw.place(p);
     double teeth = own;
     for (const Neighbour& n : neighbours)
       if (glm::length(p - n.middle) < n.radius + kCollarFrom) teeth = smooth_min(teeth, whole(n, p), 1.8e-3);
@@ -273,6 +276,13 @@ struct SurroundingsShape::Impl {
     const double body = smooth_max(smooth_min(jaw.ridge(at), collar, kCollarBlend), at.depth - jaw.depth(), 0.5e-3);
     // The gum ends inside the tooth, so that a bur inside the tooth does not touch it.
     return std::max(body, -own - kGumInside);
+  }
+  /// As gum(); in a patient's mouth, the drawn gum rises in a rounded fornix to the cheek.
+  double drawn_gum(const dvec3& p) const {
+    const Jaw::Place at = jaw.place(p);
+    const double d = gum(p, at);
+    if (plan.mouth != Mouth::kPatient) return d;
+    return std::max(smooth_min(d, jaw.cheek(at) + kFornixInside, kFornix), d - kFornix);
   }
   /// Signed distance to the dam and everything below, m.
   double dam(const dvec3& p) const {
@@ -444,7 +454,7 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
   result.covered = glm::dvec4(plan.margin_normal, kCoveredBelow - glm::dot(plan.margin_normal, plan.margin));
 
   // The gum, or the dam in its place, has a fine mesh near the working tooth.
-  const auto distance = [&](const dvec3& p) { return plan.dam ? shape.dam(p) : shape.gum(p); };
+  const auto distance = [&](const dvec3& p) { return plan.dam ? shape.dam(p) : shape.drawn_gum(p); };
   const auto soft = [&](const Box& box, double voxel, bool fine, const auto& surface, const auto& wanted,
                         const auto& trim) {
     add(box, voxel, kGumTolerance, fine, surface, gum_label, wanted, [&](auto& mesh) {
@@ -502,18 +512,18 @@ Surroundings make_surroundings(const SurroundingsPlan& plan) {
         [&](auto& mesh) { paint(mesh, box.lo, matter, under, beneath); });
   };
   const auto plain = [](const dvec3&) { return 0.0; };
-  // The mucosa becomes darker with depth.
-  const auto deep = [&](const dvec3& p) {
+  // Near the jaw, the cheek has the colour of the gum's mucosa, so that no edge is visible between the two meshes.
+  const auto near_jaw = [&](const dvec3& p) {
     const Jaw::Place at = shape.jaw.place(p);
-    return 0.35 * smooth_step(3e-3, 22e-3, shape.jaw.rim(at) - at.z);
+    return 0.3 * smooth_step(8e-3, 18e-3, shape.jaw.rim(at) - at.z);
   };
   if (phantom) {
     body(render::kSkin, render::kPlastic, &Jaw::cheek, [](const dvec3&) { return 0.8; });
     body(render::kRubber, Tissue::kAir, &Jaw::lip, plain);
   } else {
-    body(render::kMucosa, Tissue::kPulp, &Jaw::cheek, deep);
+    body(render::kMucosa, Tissue::kGingiva, &Jaw::cheek, near_jaw);
     body(render::kMucosa, render::kSkin, &Jaw::lip, [](const dvec3&) { return 0.45; });
-    if (!plan.dam) body(render::kTongue, Tissue::kPulp, &Jaw::tongue, deep);
+    if (!plan.dam) body(render::kTongue, Tissue::kAir, &Jaw::tongue, plain);
   }
   body(render::kSkin, Tissue::kAir, &Jaw::face, plain);
   result.lit = {work - reach, work + reach};
