@@ -45,8 +45,8 @@ TEST_P(CarverStall, APenaltyMethodFeelsNoMissingTissue) {
       run.stalls = false;
       const StallResult without = simulate_stall(run);
       SCOPED_TRACE(testing::Message() << felt.tool << ", seed " << seed << ", " << stall << " s");
-      // A tool that drops into missing tissue has not worked for the energy of its springs. Then the energy ledger holds
-      // the force, in steps, as it does after each deep contact of this method.
+      // A tool that drops into missing tissue has not worked for the energy of its springs. Then the energy ledger
+      // holds the force, in steps, as it does after each deep contact of this method.
       if (GetParam() != StallGesture::kDropIn) {
         EXPECT_LE(felt.worst_step, without.worst_step + 0.15);
       }
